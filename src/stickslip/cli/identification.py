@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 
-from stickslip.cli.app import claimed, free_folder, guarded
+from stickslip.cli.app import Number, Text, Texts, claimed, free_folder, guarded
 from stickslip.cli.results import refuse_existing
 from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out_one, finish
 from stickslip.support.checks import InputError, existing, fault, finite, nearest
@@ -31,32 +32,25 @@ if TYPE_CHECKING:
 def contact_law(
     ctx: typer.Context,
     files: Annotated[
-        list[Path], typer.Argument(help="Recorded loops (text or .mat): many cycles in a file, or one file for each cycle.")
+        list[Path], Argument(help="Recorded loops (text or .mat): many cycles in a file, or one file for each cycle.")
     ],
-    normal_load: Annotated[
-        float | None, typer.Option(help="Normal load in N; required unless the files have a column of it.")
-    ] = None,
+    normal_load: Annotated[Number, Option(help="Normal load in N; required unless the files have a column of it.")] = None,
     law: Annotated[
-        list[str] | None,
-        typer.Option(help="jenkins, iwan, dahl, array or valanis; may be repeated. Default: all but valanis."),
+        Texts, Option(help="jenkins, iwan, dahl, array or valanis; may be repeated. Default: all but valanis.")
     ] = None,
     rig_stiffness: Annotated[
-        float | None,
-        typer.Option(help="Stiffness of the rig between displacement sensor and contact, in N/µm; kt is corrected for it."),
+        Number, Option(help="Stiffness of the rig between displacement sensor and contact, in N/µm; kt is corrected for it.")
     ] = None,
-    lag: Annotated[
-        float | None, typer.Option(help="Share of a period by which the force is recorded later than the displacement.")
-    ] = None,
+    lag: Annotated[Number, Option(help="Share of a period by which the force is recorded later than the displacement.")] = None,
     friction_over: Annotated[
         list[float] | None,
-        typer.Option(metavar="LOAD", help="Normal load in N at which the friction coefficient is identified; may be repeated."),
+        Option(metavar="LOAD", help="Normal load in N at which the friction coefficient is identified; may be repeated."),
     ] = None,
     column: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=COLUMN", help="Title or number of a column: displacement, force, normal, time."),
+        Texts, Option(metavar="NAME=COLUMN", help="Title or number of a column: displacement, force, normal, time.")
     ] = None,
-    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as force=kN.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results; default: results/NAME of the first file.")] = None,
+    unit: Annotated[Texts, Option(metavar="NAME=UNIT", help="Unit of a column, such as force=kN.")] = None,
+    out: Annotated[Path | None, Option(help="Folder of the results; default: results/NAME of the first file.")] = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
     figures: Figures = False,
@@ -91,16 +85,16 @@ def pairs(option: str, given: Sequence[str], example: str) -> dict[str, str]:
 @guarded
 def contact_stiffness(
     ctx: typer.Context,
-    length: Annotated[float, typer.Option(help="Length of the line, mm.")],
-    radius: Annotated[float, typer.Option(help="Radius of the cylinder, or of the edges of a punch, mm.")],
-    load: Annotated[float | None, typer.Option(help="Normal load, N.")] = None,
-    pull: Annotated[float | None, typer.Option(help="Instead of a load: centrifugal force F_C on the damper, N.")] = None,
-    platform_angle: Annotated[float, typer.Option(help="With --pull: N = F_C/(2 cos angle), degrees.")] = 0.0,
-    flat: Annotated[float, typer.Option(help="Half length of the flat part of a punch, mm; 0 for a cylinder.")] = 0.0,
-    young: Annotated[float, typer.Option(help="Young's modulus, GPa.")] = 210.0,
-    poisson: Annotated[float, typer.Option(help="Poisson's ratio.")] = 0.3,
-    out: Annotated[Path | None, typer.Option(help="Figure of the stiffness against the load, .png or .svg.")] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing figure.")] = False,
+    length: Annotated[float, Option(help="Length of the line, mm.")],
+    radius: Annotated[float, Option(help="Radius of the cylinder, or of the edges of a punch, mm.")],
+    load: Annotated[Number, Option(help="Normal load, N.")] = None,
+    pull: Annotated[Number, Option(help="Instead of a load: centrifugal force F_C on the damper, N.")] = None,
+    platform_angle: Annotated[float, Option(help="With --pull: N = F_C/(2 cos angle), degrees.")] = 0.0,
+    flat: Annotated[float, Option(help="Half length of the flat part of a punch, mm; 0 for a cylinder.")] = 0.0,
+    young: Annotated[float, Option(help="Young's modulus, GPa.")] = 210.0,
+    poisson: Annotated[float, Option(help="Poisson's ratio.")] = 0.3,
+    out: Annotated[Path | None, Option(help="Figure of the stiffness against the load, .png or .svg.")] = None,
+    overwrite: Annotated[bool, Option("--overwrite", help="Replace an existing figure.")] = False,
 ) -> None:
     """Stiffness of a line contact from geometry: Harris, Brändlein, Allara; print it and draw it against the load."""
     from stickslip.analyses.hysteresis_loop import contact_stiffness as stiffness_over
@@ -132,80 +126,73 @@ def contact_stiffness(
 @guarded
 def identify_response(
     ctx: typer.Context,
-    problem: Annotated[str, typer.Argument(help="Study file that states structure and contacts, or the name of a ready rig.")],
+    problem: Annotated[str, Argument(help="Study file that states structure and contacts, or the name of a ready rig.")],
     curves: Annotated[
         list[Path],
-        typer.Argument(
+        Argument(
             help="Measured curves (text, .mat or universal files): frequency, force, and amplitude (with phase) or real and "
             "imaginary parts."
         ),
     ],
     free: Annotated[
-        list[str] | None,
-        typer.Option(
+        Texts,
+        Option(
             metavar="NAME=LOW:HIGH",
             help="Parameter to find: an argument of a rig in SI (NAME=START:LOW:HIGH too), or a factor on the kt, kn, mu, "
             "preload, damping, mass or stiffness of a study. A name alone: from a tenth to ten times its value.",
         ),
     ] = None,
-    argument: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Any other argument of the rig, in SI.")
-    ] = None,
+    argument: Annotated[Texts, Option("--set", metavar="NAME=VALUE", help="Any other argument of the rig, in SI.")] = None,
     setting: Annotated[
-        list[str] | None,
-        typer.Option(
+        Texts,
+        Option(
             metavar="NAME=V1,V2,...", help="Quantity that differs between the curves, one value for each, such as pull=40,60."
         ),
     ] = None,
-    each_test: Annotated[list[str] | None, typer.Option(help="Free parameter with a value of its own for every curve.")] = None,
+    each_test: Annotated[Texts, Option(help="Free parameter with a value of its own for every curve.")] = None,
     by: Annotated[
-        str | None,
-        typer.Option(
+        Text,
+        Option(
             metavar="COLUMN",
             help="Title or number of the column that distinguishes the curves of a file, such as curve; function for universal "
             "files.",
         ),
     ] = None,
     quantity: Annotated[
-        str | None, typer.Option(help="displacement, velocity or acceleration; default: what the column titles of the files say.")
+        Text, Option(help="displacement, velocity or acceleration; default: what the column titles of the files say.")
     ] = None,
     force: Annotated[
-        str | None,
-        typer.Option(metavar="F1,F2,...", help="Force in N, of each curve or one for all, for files without a force column."),
+        Text, Option(metavar="F1,F2,...", help="Force in N, of each curve or one for all, for files without a force column.")
     ] = None,
     phase_of: Annotated[
-        str | None,
-        typer.Option(help="Whose phase the files contain: displacement or quantity; default for responses per force: quantity."),
+        Text, Option(help="Whose phase the files contain: displacement or quantity; default for responses per force: quantity.")
     ] = None,
     column: Annotated[
-        list[str] | None,
-        typer.Option(
+        Texts,
+        Option(
             metavar="NAME=COLUMN",
             help="Title or number of a column: frequency, amplitude, real, imaginary, phase, force. In universal files the "
             "function of the amplitude, such as 'amplitude=12:+Z / 1:+X', or of the force.",
         ),
     ] = None,
-    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as real=mm/N.")] = None,
-    output: Annotated[str | None, typer.Option(help="Name of the measured output; default: the first.")] = None,
-    held: Annotated[
-        str | None, typer.Option(help="Which measured value is prescribed at each point: force (default) or response.")
-    ] = None,
-    error: Annotated[float | None, typer.Option(help="Relative standard error of a point; default: 0.01.")] = None,
+    unit: Annotated[Texts, Option(metavar="NAME=UNIT", help="Unit of a column, such as real=mm/N.")] = None,
+    output: Annotated[Text, Option(help="Name of the measured output; default: the first.")] = None,
+    held: Annotated[Text, Option(help="Which measured value is prescribed at each point: force (default) or response.")] = None,
+    error: Annotated[Number, Option(help="Relative standard error of a point; default: 0.01.")] = None,
     of_largest: Annotated[
-        bool | None, typer.Option("--of-largest", help="The error is relative to the largest response of a curve.")
+        bool | None, Option("--of-largest", help="The error is relative to the largest response of a curve.")
     ] = None,
-    free_gain: Annotated[bool | None, typer.Option("--free-gain", help="Also identify a constant factor of each curve.")] = None,
-    free_phase: Annotated[bool | None, typer.Option("--free-phase", help="Also identify a constant phase of each curve.")] = None,
-    start_states: Annotated[str | None, typer.Option(help="Start states of the contacts: virgin (default) or free.")] = None,
+    free_gain: Annotated[bool | None, Option("--free-gain", help="Also identify a constant factor of each curve.")] = None,
+    free_phase: Annotated[bool | None, Option("--free-phase", help="Also identify a constant phase of each curve.")] = None,
+    start_states: Annotated[Text, Option(help="Start states of the contacts: virgin (default) or free.")] = None,
     joints: Annotated[
-        str | None,
-        typer.Option(metavar="A,A,B", help="Joint of each curve, by a name: the curves of a joint are left out together."),
+        Text, Option(metavar="A,A,B", help="Joint of each curve, by a name: the curves of a joint are left out together.")
     ] = None,
     leave_one_out: Annotated[
-        bool | None, typer.Option("--leave-one-out", help="Also predict each curve, or each joint, from the others.")
+        bool | None, Option("--leave-one-out", help="Also predict each curve, or each joint, from the others.")
     ] = None,
-    harmonics: Annotated[int | None, typer.Option(help="Highest harmonic H; default: that of the study, else 5.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results; default: results/NAME of the problem.")] = None,
+    harmonics: Annotated[int | None, Option(help="Highest harmonic H; default: that of the study, else 5.")] = None,
+    out: Annotated[Path | None, Option(help="Folder of the results; default: results/NAME of the problem.")] = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
     figures: Figures = False,
@@ -274,32 +261,28 @@ def low_and_high(option: str, text: str, rule: str) -> tuple[float, float]:
 @guarded
 def decay(
     ctx: typer.Context,
-    file: Annotated[Path, typer.Argument(help="Recorded ring-down (text, .mat or universal file): time and motion.")],
+    file: Annotated[Path, Argument(help="Recorded ring-down (text, .mat or universal file): time and motion.")],
     study: Annotated[
-        Path | None, typer.Option(help="Study file of the structure; its nonlinear mode is computed for comparison.")
+        Path | None, Option(help="Study file of the structure; its nonlinear mode is computed for comparison.")
     ] = None,
-    output: Annotated[str | None, typer.Option(help="Output of this study that was measured; default: the first.")] = None,
+    output: Annotated[Text, Option(help="Output of this study that was measured; default: the first.")] = None,
     band: Annotated[
-        str | None,
-        typer.Option(metavar="LOW:HIGH", help="Band in Hz that contains the frequency; default: around the largest motion."),
+        Text, Option(metavar="LOW:HIGH", help="Band in Hz that contains the frequency; default: around the largest motion.")
     ] = None,
     cycles: Annotated[
-        float | None,
-        typer.Option(help="Length of the windows to which a damped sine is fitted, in cycles; default: the best."),
+        Number, Option(help="Length of the windows to which a damped sine is fitted, in cycles; default: the best.")
     ] = None,
-    begin: Annotated[float | None, typer.Option(help="Time in s before which the record is ignored, such as a blow.")] = None,
-    quantity: Annotated[
-        str | None, typer.Option(help="displacement, velocity or acceleration; default: as the file states.")
-    ] = None,
+    begin: Annotated[Number, Option(help="Time in s before which the record is ignored, such as a blow.")] = None,
+    quantity: Annotated[Text, Option(help="displacement, velocity or acceleration; default: as the file states.")] = None,
     column: Annotated[
-        list[str] | None,
-        typer.Option(
+        Texts,
+        Option(
             metavar="NAME=COLUMN",
             help="Title or number of the column of time or signal; in .mat and universal files, of the vector or function.",
         ),
     ] = None,
-    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as signal=g.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results; default: results/NAME of the file.")] = None,
+    unit: Annotated[Texts, Option(metavar="NAME=UNIT", help="Unit of a column, such as signal=g.")] = None,
+    out: Annotated[Path | None, Option(help="Folder of the results; default: results/NAME of the file.")] = None,
     overwrite: Overwrite = False,
     figures: Figures = False,
 ) -> None:

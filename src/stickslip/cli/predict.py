@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 
-from stickslip.cli.app import guarded
+from stickslip.cli.app import Text, Texts, guarded
 from stickslip.cli.identification import low_and_high, number, pairs
 from stickslip.cli.studies import Figures, Overwrite, Resume, Workers, carry_out_one, cores
 from stickslip.support.checks import InputError, existing, fault
@@ -27,26 +28,17 @@ OPTIONS = {"compare_force": "--compare-force", "columns": "--column", "column_un
 def predict(
     ctx: typer.Context,
     *,
-    identification: Annotated[Path, typer.Argument(help="results.nc written by identify-response, or its folder.")],
-    force: Annotated[
-        list[str] | None, typer.Option(metavar="F", help="Force levels in N: --force 1 --force 5, or --force 1,5.")
-    ] = None,
+    identification: Annotated[Path, Argument(help="results.nc written by identify-response, or its folder.")],
+    force: Annotated[Texts, Option(metavar="F", help="Force levels in N: --force 1 --force 5, or --force 1,5.")] = None,
     amplitude: Annotated[
-        list[str] | None,
-        typer.Option(metavar="A", help="Held amplitudes of the measured quantity in place of force levels, in m/s², m/s or m."),
+        Texts, Option(metavar="A", help="Held amplitudes of the measured quantity in place of force levels, in m/s², m/s or m.")
     ] = None,
-    acceleration: Annotated[
-        list[str] | None, typer.Option(metavar="A", help="Held amplitudes in m/s², if accelerations were measured.")
-    ] = None,
-    velocity: Annotated[
-        list[str] | None, typer.Option(metavar="V", help="Held amplitudes in m/s, if velocities were measured.")
-    ] = None,
-    displacement: Annotated[
-        list[str] | None, typer.Option(metavar="U", help="Held amplitudes in m, if displacements were measured.")
-    ] = None,
+    acceleration: Annotated[Texts, Option(metavar="A", help="Held amplitudes in m/s², if accelerations were measured.")] = None,
+    velocity: Annotated[Texts, Option(metavar="V", help="Held amplitudes in m/s, if velocities were measured.")] = None,
+    displacement: Annotated[Texts, Option(metavar="U", help="Held amplitudes in m, if displacements were measured.")] = None,
     decay: Annotated[
-        list[str] | None,
-        typer.Option(
+        Texts,
+        Option(
             metavar="LOW:HIGH|FILE",
             help="Free decay in place of responses: its amplitudes in m, or a measured decay to compare with (results of "
             "`stickslip decay`, or a recorded signal); may be repeated.",
@@ -54,49 +46,36 @@ def predict(
     ] = None,
     mode: Annotated[
         int | None,
-        typer.Option(
+        Option(
             min=1, help="Mode of the stuck structure that decays, 1 the lowest; default: that of the measured decay or peaks."
         ),
     ] = None,
     setting: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE", help="Value of a quantity that differed between the measured curves, such as pull=50."
-        ),
+        Texts,
+        Option(metavar="NAME=VALUE", help="Value of a quantity that differed between the measured curves, such as pull=50."),
     ] = None,
-    band: Annotated[
-        str | None, typer.Option(metavar="LOW:HIGH", help="Frequency band in Hz; default: that of the identification.")
-    ] = None,
+    band: Annotated[Text, Option(metavar="LOW:HIGH", help="Frequency band in Hz; default: that of the identification.")] = None,
     start_states: Annotated[
-        str | None,
-        typer.Option(help="Start states of the contacts: identified (default), virgin, or any (random, new for each draw)."),
+        Text, Option(help="Start states of the contacts: identified (default), virgin, or any (random, new for each draw).")
     ] = None,
     draws: Annotated[
-        int | None, typer.Option(help="Number of parameter sets drawn from the covariance of the fit; default: 40.")
+        int | None, Option(help="Number of parameter sets drawn from the covariance of the fit; default: 40.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the random draws.")] = None,
+    seed: Annotated[int | None, Option(help="Seed of the random draws.")] = None,
     compare: Annotated[
-        list[Path] | None,
-        typer.Option(help="File of measured curves to compare with (text, .mat, universal file); may be repeated."),
+        list[Path] | None, Option(help="File of measured curves to compare with (text, .mat, universal file); may be repeated.")
     ] = None,
     compare_force: Annotated[
-        str | None,
-        typer.Option(metavar="F1,F2,...", help="Force of each of these curves in N, for files without a force column."),
+        Text, Option(metavar="F1,F2,...", help="Force of each of these curves in N, for files without a force column.")
     ] = None,
     column: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=COLUMN", help="Column of a quantity, as in identify-response; default: its columns."),
+        Texts, Option(metavar="NAME=COLUMN", help="Column of a quantity, as in identify-response; default: its columns.")
     ] = None,
-    unit: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column of these files, such as real=mm/N.")
-    ] = None,
-    by: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column that distinguishes the curves of a file.")] = None,
-    folder: Annotated[
-        Path,
-        typer.Option(help="Folder that relative paths in the study of the identification start from."),
-    ] = Path(),
+    unit: Annotated[Texts, Option(metavar="NAME=UNIT", help="Unit of a column of these files, such as real=mm/N.")] = None,
+    by: Annotated[Text, Option(metavar="COLUMN", help="Column that distinguishes the curves of a file.")] = None,
+    folder: Annotated[Path, Option(help="Folder that relative paths in the study of the identification start from.")] = Path(),
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the results; default: FOLDER_prediction beside that of the identification.")
+        Path | None, Option(help="Folder of the results; default: FOLDER_prediction beside that of the identification.")
     ] = None,
     workers: Workers = None,
     resume: Resume = False,
@@ -170,7 +149,7 @@ def of_decay(given: list[str], units: Units) -> dict[str, Any]:
     return {"amplitude": [end / units.factor(LENGTH) for end in ends], "compare": [str(Path(text).resolve()) for text in files]}
 
 
-def levels(option: str, given: list[str] | None) -> list[float]:
+def levels(option: str, given: Texts) -> list[float]:
     """The numbers of an option that may be given several times, or hold several between commas."""
     return [number(option, one) for text in given or () for one in text.split(",")]
 

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
+from typer import Argument, Option
 
-from stickslip.cli.app import guarded, results_in, writable_folder
+from stickslip.cli.app import Text, Texts, guarded, results_in, writable_folder
 from stickslip.support.checks import fault, nearest
 from stickslip.support.console import say
 from stickslip.support.files import WrittenFiles, only_own_files, refuse_obstacle
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from stickslip.show.report.markup import Presentation
     from stickslip.study import Job
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for scripts, instead of text.")]
+Json = Annotated[bool, Option("--json", help="Print one JSON object for scripts, instead of text.")]
 UNIT = re.compile(r"(.*) \[([^\]]+)\]")
 """The head of a column with its unit, "amplitude [mm]"."""
 
@@ -129,7 +130,7 @@ FORMATS, OF_FIGURES, OF_MOTION = ("png", "svg", "gif"), ("png", "svg", "pdf"), (
 
 @guarded
 def report(
-    ctx: typer.Context, results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")]
+    ctx: typer.Context, results: Annotated[Path, Argument(help="results.nc, or the folder that a run or the demo wrote.")]
 ) -> None:
     """Write the report of results again."""
     from stickslip.results.files import open_results
@@ -143,7 +144,7 @@ def report(
 @guarded
 def peaks(
     ctx: typer.Context,
-    results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
+    results: Annotated[Path, Argument(help="results.nc, or the folder that a run or the demo wrote.")],
     as_json: Json = False,
 ) -> None:
     """Print the peaks of response curves in the units of the study, with the estimates of their errors and all warnings."""
@@ -183,18 +184,15 @@ def _lines_of(table: pd.DataFrame) -> str:
 @guarded
 def plot(
     ctx: typer.Context,
-    results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
+    results: Annotated[Path, Argument(help="results.nc, or the folder that a run or the demo wrote.")],
     figure: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Name of a figure; also motion and deformed_shape, if available; may be repeated. Default: all figures."
-        ),
+        Texts,
+        Option(help="Name of a figure; also motion and deformed_shape, if available; may be repeated. Default: all figures."),
     ] = None,
     format: Annotated[
-        list[str] | None,
-        typer.Option(help="png, svg, pdf; for motion gif, mp4, webp, html; may be repeated. Default: png and svg, or gif."),
+        Texts, Option(help="png, svg, pdf; for motion gif, mp4, webp, html; may be repeated. Default: png and svg, or gif.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the figures; default: `figures` beside the results.")] = None,
+    out: Annotated[Path | None, Option(help="Folder of the figures; default: `figures` beside the results.")] = None,
 ) -> None:
     """Draw the figures of results as files for papers and slides, and what moves as films or pages."""
     from stickslip.results.files import open_results
@@ -211,24 +209,24 @@ def plot(
 @guarded
 def export(
     ctx: typer.Context,
-    results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
+    results: Annotated[Path, Argument(help="results.nc, or the folder that a run or the demo wrote.")],
     out: Annotated[
         Path,
-        typer.Option(
+        Option(
             help="NAME.csv, a table of the curves (peaks, bounds, percentiles, stress: NAME_peaks.csv, ...); NAME.mat for "
             "MATLAB; NAME.vtu, the deformed shapes at the highest peaks for ParaView."
         ),
     ],
     quantity: Annotated[
-        str | None,
-        typer.Option(
+        Text,
+        Option(
             help="displacement, velocity, acceleration; receptance, mobility, inertance. Default: that of the result's peaks."
         ),
     ] = None,
     per_force: Annotated[
-        bool, typer.Option("--per-force", help="Divide the quantity by the force, which makes a velocity a mobility.")
+        bool, Option("--per-force", help="Divide the quantity by the force, which makes a velocity a mobility.")
     ] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    overwrite: Annotated[bool, Option("--overwrite", help="Replace existing files.")] = False,
 ) -> None:
     """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force, or
     the deformed shapes for VTK (.vtu), in the units of the study."""
@@ -393,9 +391,9 @@ def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats:
 @guarded
 def explore(
     ctx: typer.Context,
-    study: Annotated[Path, typer.Argument(help="Study file of a forced response, or of any analysis with a [sweep].")],
-    port: Annotated[int, typer.Option(help="Port on this computer; default: any free one.")] = 0,
-    browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
+    study: Annotated[Path, Argument(help="Study file of a forced response, or of any analysis with a [sweep].")],
+    port: Annotated[int, Option(help="Port on this computer; default: any free one.")] = 0,
+    browser: Annotated[bool, Option(help="Open the page in the browser.")] = True,
 ) -> None:
     """Change a study with sliders on a local page and watch its response. Needs `pip install 'stickslip[explore]'`."""
     from stickslip.show.explorer.page import explore as serve

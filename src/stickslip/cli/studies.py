@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer import Argument, Option
 
-from stickslip.cli.app import claimed, free_folder, guarded, refuse_other_than_folder
+from stickslip.cli.app import Text, Texts, claimed, free_folder, guarded, refuse_other_than_folder
 from stickslip.cli.results import FIGURES, Json, of_model, of_study, say_json, write_reports
 from stickslip.support.checks import Faults, InputError, counted, fault, listed, positive, unique
 from stickslip.support.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
@@ -30,25 +31,23 @@ DEMO_MASSES = (2.6, 4.6, 6.6)
 FAST_MASSES, FAST_LEVELS, FAST_HARMONICS = (4.6,), (1.0, 20.0, 80.0), 3
 
 
-Resume = Annotated[bool, typer.Option("--resume", help="Resume an interrupted run of the same study.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")]
-Figures = Annotated[bool, typer.Option("--figures", help="Write the figures as files too; `stickslip plot` can do so later.")]
+Resume = Annotated[bool, Option("--resume", help="Resume an interrupted run of the same study.")]
+Overwrite = Annotated[bool, Option("--overwrite", help="Replace existing results.")]
+Figures = Annotated[bool, Option("--figures", help="Write the figures as files too; `stickslip plot` can do so later.")]
 Workers = Annotated[
-    int | None,
-    typer.Option(min=1, help="Curves computed at the same time; default: the number of cores, or one for short studies."),
+    int | None, Option(min=1, help="Curves computed at the same time; default: the number of cores, or one for short studies.")
 ]
 Scheduler = Annotated[
-    str | None,
-    typer.Option(metavar="ADDRESS", help='Compute on the workers of this Dask scheduler, such as "tcp://10.0.0.1:8786".'),
+    str | None, Option(metavar="ADDRESS", help='Compute on the workers of this Dask scheduler, such as "tcp://10.0.0.1:8786".')
 ]
 
 
 @guarded
 def demo(
     ctx: typer.Context,
-    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("results/demo"),
-    preload_mass: Annotated[list[float] | None, typer.Option(help="Preload mass in kg; may be repeated.")] = None,
-    fast: Annotated[bool, typer.Option("--fast", help="One preload, three force levels, three harmonics.")] = False,
+    out: Annotated[Path, Option(help="Folder of the results.")] = Path("results/demo"),
+    preload_mass: Annotated[list[float] | None, Option(help="Preload mass in kg; may be repeated.")] = None,
+    fast: Annotated[bool, Option("--fast", help="One preload, three force levels, three harmonics.")] = False,
     resume: Resume = False,
     overwrite: Overwrite = False,
     figures: Figures = False,
@@ -81,9 +80,9 @@ def published(mass: float) -> float:
 @guarded
 def new(
     ctx: typer.Context,
-    kind: Annotated[str | None, typer.Argument(help="Kind of study; without it, all kinds are listed.")] = None,
-    file: Annotated[Path | None, typer.Argument(help="Study file; default: KIND.toml.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    kind: Annotated[Text, Argument(help="Kind of study; without it, all kinds are listed.")] = None,
+    file: Annotated[Path | None, Argument(help="Study file; default: KIND.toml.")] = None,
+    force: Annotated[bool, Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a commented study file to begin with, or list the kinds of studies."""
     from stickslip.study.faults import TEMPLATES
@@ -103,8 +102,8 @@ def new(
 @guarded
 def check(
     ctx: typer.Context,
-    study: Annotated[Path, typer.Argument(help="Study file.")],
-    show: Annotated[bool, typer.Option("--show", help="Draw the model into STUDY_model.html: mesh, contacts, forces.")] = False,
+    study: Annotated[Path, Argument(help="Study file.")],
+    show: Annotated[bool, Option("--show", help="Draw the model into STUDY_model.html: mesh, contacts, forces.")] = False,
     as_json: Json = False,
 ) -> None:
     """Check a study without computing its curves, and list all its errors. Exit code 2 if there are any."""
@@ -155,8 +154,8 @@ def written_model(job: Job, study: Path) -> Path:
 @guarded
 def run(
     ctx: typer.Context,
-    studies: Annotated[list[Path], typer.Argument(metavar="STUDY...", help="One or more study files.")],
-    out: Annotated[Path, typer.Option(help="Folder of the results; each of several studies has its own folder in it.")],
+    studies: Annotated[list[Path], Argument(metavar="STUDY...", help="One or more study files.")],
+    out: Annotated[Path, Option(help="Folder of the results; each of several studies has its own folder in it.")],
     resume: Resume = False,
     overwrite: Overwrite = False,
     figures: Figures = False,
@@ -188,18 +187,18 @@ def run(
 @guarded
 def identify(
     ctx: typer.Context,
-    loops: Annotated[list[Path], typer.Argument(help="Measured loops (CSV), one file for each loop.")],
-    damper: Annotated[Path, typer.Option(help="Study of an identification; these loops replace its own.")],
-    out: Annotated[Path, typer.Option(help="Folder of the results.")],
+    loops: Annotated[list[Path], Argument(help="Measured loops (CSV), one file for each loop.")],
+    damper: Annotated[Path, Option(help="Study of an identification; these loops replace its own.")],
+    out: Annotated[Path, Option(help="Folder of the results.")],
     law: Annotated[
-        list[str] | None,
-        typer.Option(
+        Texts,
+        Option(
             help="macroslip, iwan or microslip, instead of that of the study; of several, the errors on loops held out choose."
         ),
     ] = None,
     load_removal: Annotated[
         list[Path] | None,
-        typer.Option(
+        Option(
             metavar="FILE",
             help="Readings while the load is removed (CSV), which give the zeros: one file for all loops or one for each.",
         ),
@@ -380,15 +379,14 @@ def finish(datasets: Mapping[str, xr.Dataset], folder: Path, figures: bool) -> l
 @guarded
 def info(
     ctx: typer.Context,
-    model: Annotated[Path, typer.Argument(help="Finite-element model; of two files, that of the stiffness matrix.")],
-    units: Annotated[str, typer.Option(help="Units of the file: SI, mm-t-s, mm-kg-s or mm-kg-ms.")] = "SI",
-    names: Annotated[Path | None, typer.Option(help="Names, coordinates, sets: a deck or a table (CSV).")] = None,
+    model: Annotated[Path, Argument(help="Finite-element model; of two files, that of the stiffness matrix.")],
+    units: Annotated[str, Option(help="Units of the file: SI, mm-t-s, mm-kg-s or mm-kg-ms.")] = "SI",
+    names: Annotated[Path | None, Option(help="Names, coordinates, sets: a deck or a table (CSV).")] = None,
     variables: Annotated[
-        list[str] | None,
-        typer.Option(metavar="LETTER=NAME", help="Name of a matrix in the file, such as K=KELAST or M=rom.M; may be repeated."),
+        Texts, Option(metavar="LETTER=NAME", help="Name of a matrix in the file, such as K=KELAST or M=rom.M; may be repeated.")
     ] = None,
-    no_damping: Annotated[bool, typer.Option("--no-damping", help="Ignore the matrix C of the file.")] = False,
-    modes: Annotated[int, typer.Option(min=1, max=1000, help="Number of lowest modes to print.")] = 10,
+    no_damping: Annotated[bool, Option("--no-damping", help="Ignore the matrix C of the file.")] = False,
+    modes: Annotated[int, Option(min=1, max=1000, help="Number of lowest modes to print.")] = 10,
     as_json: Json = False,
 ) -> None:
     """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""
