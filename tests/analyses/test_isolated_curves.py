@@ -20,6 +20,7 @@ from stickslip.cli import app
 from stickslip.results.schema import attributes_of
 from stickslip.results.view import highest_peak, level_text
 from stickslip.show.report.conclusions import further_curves_sentence, headline
+from stickslip.show.report.responses import sentences
 from stickslip.show.report.markup import Charts, hertz
 from stickslip.show.report.sections import overview
 from stickslip.study.further_curves import FurtherCurves, IsolatedTable
@@ -394,3 +395,14 @@ def test_the_first_sentence_names_the_height_at_the_end_of_a_curve_that_rises_th
     problem = ss.Problem(blade, (stop,), (ss.Force("blade.x", 1.0),), ("blade.x",))
     sentence = further_curves_sentence(ss.forced_response(problem, ss.hertz(90.0, 150.0), 30.0, harmonics=5).dataset)
     assert sentence.startswith("195.3 µm at 107.07 Hz and 2106 µm at its end on the curve begun at 90.00 Hz, ")
+
+
+@pytest.mark.parametrize(("isolated", "said"), [(None, True), (True, False)])
+def test_a_response_whose_contacts_lift_off_says_that_no_detached_curves_were_sought(isolated, said):
+    structure = ss.Structure(np.eye(2), np.eye(2), ("a.x", "a.y"), C=0.05 * np.eye(2))
+    law = ss.Macroslip(kt=0.5, mu=0.3, kn=1.0, preload=0.1)
+    contact = ss.Contact("c", law, (ss.between("a.x", "ground"),), normal={"a.y": 1.0})
+    problem = ss.Problem(structure, (contact,), (ss.Force("a.y", 0.1), ss.Force("a.x", 0.1)), ("a.x",))
+    response = ss.forced_response(problem, ss.radians_per_second(0.8, 1.6), harmonics=3, samples=64, isolated=isolated)
+    lines = " ".join(sentences(response.dataset))
+    assert ("Detached curves were not sought although contacts lift off" in lines) == said

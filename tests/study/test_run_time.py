@@ -30,6 +30,10 @@ def test_a_check_says_how_long_a_run_takes(tmp_path, capsys):
     path = study(tmp_path)
     ss.forced_response(ss.rigs.three_mass_wedge(), ss.hertz(215.0, 220.0), 1.0)  # compiles, where that is still to be done
     assert run_time(read(path)) == "Computing 3 curves takes seconds of one core, as roughly estimated from a few points."
+    whole = path.read_text()
+    path.write_text(f"{whole}\n[reached]\n")
+    assert run_time(read(path)).endswith("The time integration of [reached] comes in addition and may take ten times as long.")
+    path.write_text(whole)
     with pytest.raises(SystemExit) as end:
         main(["check", str(path)])
     assert not end.value.code

@@ -144,7 +144,9 @@ def run_time(job: Job, seconds: float | None) -> str:
         return ""
     words = _in_words(seconds)
     if population is None:
-        return f"Computing {counted(_curves(job), 'curve')} takes {words} of one core, as roughly estimated from a few points."
+        said = f"Computing {counted(_curves(job), 'curve')} takes {words} of one core, as roughly estimated from a few points."
+        integrated = " The time integration of [reached] comes in addition and may take ten times as long."
+        return said + (integrated if getattr(job.plan, "reached", None) is not None else "")
     whole = population.disk.sectors * population.disk.structure.size
     few = f" on about {population.coordinates} coordinates of {whole}" if population.coordinates < whole else ""
     cure = " Fewer contact points (`points`) and harmonics shorten it most." if seconds > MANY_SECONDS else ""

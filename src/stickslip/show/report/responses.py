@@ -31,6 +31,7 @@ from stickslip.results.view import (
     levels_of,
     measure_in,
     peaks_outside,
+    periods_of,
     ranked,
     representative_starts,
     shown_unit,
@@ -218,13 +219,16 @@ def _bounds_alone(dataset: xr.Dataset) -> bool:
 
 
 def isolated_sentences(dataset: xr.Dataset) -> list[str]:
-    """How many isolated curves were found, and from how many starts."""
+    """How many isolated curves were found, and from how many starts; or that contacts lift off and none were sought."""
     said = sorted(np.atleast_1d(dataset.attrs.get("isolated_search", [])).tolist(), key=lambda each: APART not in each)
     more = f" The results keep such a sentence for {counted(len(said) - 1, 'more force level')}." if len(said) > 1 else ""
     searched = [f"{said[0]}{more}"] if said else []
     of_sector = "excited_orders" in dataset.attrs  # which time integration does not take
     if CurveKind.ISOLATED in kinds_in(dataset) and "reached" not in dataset and not of_sector:
         searched.append("The table `[reached]` says which of these motions a machine shows from rest and in slow sweeps.")
+    open_ = dataset["share_open"].values if "share_open" in dataset else np.zeros(0)
+    if not said and not is_listed(dataset) and periods_of(dataset) == 1 and np.any((open_ > 0.0) & (open_ < 1.0)):
+        searched.append("Detached curves were not sought although contacts lift off; the table `[isolated]` seeks them.")
     if "isolated_starts" not in dataset.attrs:
         return searched
     found, starts = (int(dataset.attrs[name]) for name in ("isolated_curves", "isolated_starts"))
