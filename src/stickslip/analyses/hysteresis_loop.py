@@ -135,9 +135,6 @@ def contact_stiffness(contact: LineContact, loads: ArrayLike, at: float | None =
         "tangential_along": named("load", along, "initial tangential stiffness along the line", "N/m"),
         "half_width": named("load", contact.half_width(N), "half width of the contact", "m"),
     }
-    coords: dict[str, Any] = {
-        "formula": list(NORMAL_STIFFNESS),
-        "load": named("load", N, "normal load", "N"),
-    }
+    coords: dict[str, Any] = {"formula": list(NORMAL_STIFFNESS), "load": named("load", N, "normal load", "N")}
     attrs = {"length": contact.length, "radius": contact.radius, "load_of_interest": np.nan if at is None else positive("at", at)}
     return ContactStiffness(xr.Dataset(variables, coords, attrs), contact)

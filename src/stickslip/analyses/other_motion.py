@@ -44,10 +44,7 @@ def other_motion_warning(balance: HarmonicBalance, curve: Curve, measure: Measur
         ends = ends[1], ends[0]
     own = _sizes(balance, curve.inside, measure)
     upwards, downwards = [1.0 / factor for factor in BEYOND], BEYOND
-    for begin, points in chain(
-        _entering(balance, curve, *ends[::-1], downwards),
-        _entering(balance, curve, *ends, upwards),
-    ):
+    for begin, points in chain(_entering(balance, curve, *ends[::-1], downwards), _entering(balance, curve, *ends, upwards)):
         sizes = _sizes(balance, points, measure)
         ratios = sizes.max(axis=0) / np.maximum(own.max(axis=0), np.finfo(float).tiny)
         output = int(np.argmax(np.where(own.max(axis=0) > 0.0, ratios, 0.0)))

@@ -246,8 +246,7 @@ QuantityName = Annotated[str, Setting(quantity_name)]
 MeasureName = Annotated[str, Setting(measure_name)]
 ForceLevels = Annotated[float | Sequence[float], Setting(lambda name, value: force_levels(value))]
 Rule = Annotated[
-    Rules,
-    Setting(_rule, 'quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
+    Rules, Setting(_rule, 'quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0')
 ]
 Share = Annotated[Sharing, Setting(OneOf(get_args(Sharing)), "which friction elements share a start variable")]
 Seed = Annotated[int, Setting(Whole(0, checks.LARGEST_SEED), "seed of the random draws")]
@@ -408,10 +407,7 @@ def _levels(name: str, value: Any) -> tuple[float, ...]:
 class Fineness(Settings):
     """The force levels, and how finely each curve is computed."""
 
-    force: Annotated[
-        float | Sequence[float],
-        Setting(_levels, "factors on every harmonic force", key="force_levels"),
-    ] = 1.0
+    force: Annotated[float | Sequence[float], Setting(_levels, "factors on every harmonic force", key="force_levels")] = 1.0
     harmonics: Annotated[
         int | Sequence[int] | Literal["auto"],
         Setting(
@@ -453,10 +449,7 @@ class ForcedResponseSettings(Measured, Fineness, OverBand, Execution):
     quantity: Annotated[str, Setting(quantity_name, "what the peaks, bounds and optima are of")] = "displacement"
     measure: Annotated[
         str,
-        Setting(
-            measure_name,
-            "how the signal becomes one number: first-harmonic amplitude, RMS, or largest value in the period",
-        ),
+        Setting(measure_name, "how the signal becomes one number: first-harmonic amplitude, RMS, or largest value in the period"),
     ] = "amplitude"
     periods: Annotated[int, Setting(checks.whole)] = 1
     isolated: Annotated[bool | None, Setting(_searched)] = None

@@ -439,8 +439,7 @@ def with_shapes(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
         shape_displacement=named(("shape", *node, "part"), parts.astype(single), words, "m"),
         shape_case=named(("shape",), np.array(cases), "case that the shape is of"),
     ).assign_attrs(
-        shape_titles=[each.title for each in found],
-        shape_note=notes[0] if len(notes) == 1 else [each.note for each in found],
+        shape_titles=[each.title for each in found], shape_note=notes[0] if len(notes) == 1 else [each.note for each in found]
     )
 
 

@@ -50,10 +50,7 @@ WORK_ERROR = {
     "long_name": "estimated change of the energy dissipated in contacts at the highest peak with more harmonics and samples",
 }
 
-SAMPLING_ERROR = {
-    "units": "1",
-    "long_name": "change of the size of the output at its highest peak by more samples, estimated",
-}
+SAMPLING_ERROR = {"units": "1", "long_name": "change of the size of the output at its highest peak by more samples, estimated"}
 
 
 ROUGH = 0.05

@@ -305,10 +305,7 @@ def _answer(work: Work, case: int, fractions: Any) -> Arrays | Exception | CaseS
 
 
 def all_cases(
-    work: Work,
-    checkpoint: Checkpoint | None = None,
-    workers: Workers = 1,
-    progress: Progress = lambda fraction, text: None,
+    work: Work, checkpoint: Checkpoint | None = None, workers: Workers = 1, progress: Progress = lambda fraction, text: None
 ) -> list[Arrays]:
     """The results of all cases in order: those kept by `checkpoint`, and the others computed. Ctrl-C raises `Stopped`."""
     executor = workers if isinstance(workers, Executor) else Processes(workers)

@@ -42,12 +42,7 @@ class NotebookBar:
     def add_task(self, description: str, total: float, completed: float = 0.0) -> int:
         """A further bar; returns its number."""
         self._added += 1
-        self._tasks[self._added] = {
-            "description": description,
-            "total": total,
-            "completed": completed,
-            "begun": time.monotonic(),
-        }
+        self._tasks[self._added] = {"description": description, "total": total, "completed": completed, "begun": time.monotonic()}
         self._show(tuple(self._tasks))
         return self._added
 

@@ -214,12 +214,7 @@ def _misses(levels: Array, synthesised: Array, solved: Array) -> str:
 
 
 def _fill_levels(
-    data: dict[str, np.ndarray],
-    case: int,
-    synthesis: Synthesis,
-    levels: Sequence[float],
-    dataset: xr.Dataset,
-    problem: Problem,
+    data: dict[str, np.ndarray], case: int, synthesis: Synthesis, levels: Sequence[float], dataset: xr.Dataset, problem: Problem
 ) -> None:
     """The highest peak of each force level that the mode reaches."""
     reached = [level for level in levels if level <= synthesis.mode.level_of_peak().max()]

@@ -197,13 +197,7 @@ class BetweenPlatforms:
 
     @classmethod
     def macroslip(
-        cls,
-        damper: Damper,
-        kt: ArrayLike,
-        kn: ArrayLike,
-        mu: Frictions,
-        right: ElasticPlatform | None = None,
-        title: str = "",
+        cls, damper: Damper, kt: ArrayLike, kn: ArrayLike, mu: Frictions, right: ElasticPlatform | None = None, title: str = ""
     ) -> Self:
         """One macroslip law a line of contact: kt, kn [N/m], mu, each a number or one entry per line; mu may be a
         `LoadDependentFriction`, over the load of one line."""

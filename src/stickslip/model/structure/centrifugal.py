@@ -135,9 +135,7 @@ class CentrifugalLoads:
                 raise fault(f"Node {node!r} of a structure with a centrifugal load", "must have coordinates", "none", remedy)
             if direction not in DIRECTIONS:
                 raise fault(
-                    "A structure with a centrifugal load",
-                    "must have rows along x, y, z and rotations of nodes alone",
-                    dof,
+                    "A structure with a centrifugal load", "must have rows along x, y, z and rotations of nodes alone", dof
                 )
         points = np.array([nodes.get(node, (0.0, 0.0, 0.0)) for node, _, _ in named]).reshape(count, 3)
         along = np.array([[float(direction == axis and node in nodes) for axis in "xyz"] for node, _, direction in named])

@@ -110,11 +110,7 @@ class Factor:
     """
 
     def __init__(
-        self,
-        matrix: Sparse,
-        report: Report = lambda text: None,
-        diagonal: Array | None = None,
-        earlier: "Factor | None" = None,
+        self, matrix: Sparse, report: Report = lambda text: None, diagonal: Array | None = None, earlier: "Factor | None" = None
     ) -> None:
         diagonal = np.abs(matrix.diagonal()) if diagonal is None else diagonal
         if np.any(diagonal == 0.0):

@@ -59,10 +59,7 @@ def python_of(solver: Solver, values: Values) -> str:
         settings = "".join(f", {key}={sweep[key]!r}" for key in HOW if key in sweep)
         lines.append(f"response = ss.forced_response(problem, {where}, {sweep['force_levels'][0]!r}{settings})")
     else:
-        lines += [
-            f"# {SAVED}: the study as saved, in the folder of {solver.name}.toml",
-            f'problem = ss.read_problem("{SAVED}")',
-        ]
+        lines += [f"# {SAVED}: the study as saved, in the folder of {solver.name}.toml", f'problem = ss.read_problem("{SAVED}")']
         checked: Any = solver.job(values).sweep  # its frequencies are in Hz, whatever the units of the study
         where = repr(list(checked.band)) if checked.listed else f"ss.Band({checked.band.start!r}, {checked.band.stop!r})"
         settings = "".join(f", {key}={getattr(checked, key)!r}" for key in HOW)
@@ -106,10 +103,7 @@ def _layout(solver: Solver) -> Any:
     header = html.Header(
         [
             html.Div([html.H1(solver.job({}).title), html.P(shown, className="note")]),
-            html.Div(
-                [_number("peak-frequency", "Peak at"), _number("peak-amplitude", "Amplitude")],
-                className="numbers",
-            ),
+            html.Div([_number("peak-frequency", "Peak at"), _number("peak-amplitude", "Amplitude")], className="numbers"),
         ]
     )
     stores = [dcc.Store(id=name) for name in ("wanted", "answer", "code", "place")]

@@ -71,11 +71,7 @@ HERTZ = Axis("frequency", "Hz")
 
 @FIGURES.of("ForcedResponse")
 def response_curves(
-    dataset: xr.Dataset,
-    output: str | None = None,
-    log: bool = True,
-    per_force: bool = False,
-    quantity: str | None = None,
+    dataset: xr.Dataset, output: str | None = None, log: bool = True, per_force: bool = False, quantity: str | None = None
 ) -> Chart:
     """Size of a response against Hz, one curve a force level; per_force divides by the level.
 

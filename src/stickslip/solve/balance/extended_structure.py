@@ -263,13 +263,7 @@ def modal_residual(
 
 @inner
 def modal_slopes(
-    structure: ExtendedStructure,
-    state: Complex,
-    by: Complex,
-    force: complex,
-    omega: float,
-    zeta: float,
-    amplitude: float,
+    structure: ExtendedStructure, state: Complex, by: Complex, force: complex, omega: float, zeta: float, amplitude: float
 ) -> Complex:
     """Derivatives of the modal residual by ω, ζ and ln a at fixed λ, (3,); by: those of the coordinates."""
     k, followed = structure.key[1], structure.followed

@@ -231,17 +231,7 @@ def _solve(lu: Array, pivots: NDArray[np.int32], right: Array, flag: int) -> Non
     form = np.array([flag], dtype=np.uint8)
     size, count = np.array([lu.shape[0]], dtype=np.int32), np.array([right.shape[0]], dtype=np.int32)
     info = np.zeros(1, dtype=np.int32)
-    _dgetrs(
-        form.ctypes,
-        size.ctypes,
-        count.ctypes,
-        lu.ctypes,
-        size.ctypes,
-        pivots.ctypes,
-        right.ctypes,
-        size.ctypes,
-        info.ctypes,
-    )
+    _dgetrs(form.ctypes, size.ctypes, count.ctypes, lu.ctypes, size.ctypes, pivots.ctypes, right.ctypes, size.ctypes, info.ctypes)
 
 
 @inner

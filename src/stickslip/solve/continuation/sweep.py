@@ -76,10 +76,7 @@ def sweep(
 
 
 def swept_curve(
-    balance: HarmonicBalance,
-    level: float,
-    band: tuple[float, float],
-    progress: Callable[[float], None] = lambda fraction: None,
+    balance: HarmonicBalance, level: float, band: tuple[float, float], progress: Callable[[float], None] = lambda fraction: None
 ) -> list[CurvePoint]:
     """The points from one end of a band in rad/s to the other; raises `LostCurveError` where the curve does not arrive."""
     found = sweep(balance, *band, level, progress)
@@ -140,12 +137,7 @@ def _begun(
 
 
 def _traced(
-    balance: HarmonicBalance,
-    first: Correction,
-    start: float,
-    end: float,
-    progress: Callable[[float], None],
-    control: StepControl,
+    balance: HarmonicBalance, first: Correction, start: float, end: float, progress: Callable[[float], None], control: StepControl
 ) -> Sweep:
     """The curve from a first point, at the start of the band or outside before it, to the end of the band."""
     points: list[CurvePoint] = []
@@ -245,11 +237,7 @@ class Followed:
 
 
 def followed_both_ways(
-    balance: HarmonicBalance,
-    evaluation: Evaluation,
-    along: Tangent,
-    band: tuple[float, float],
-    control: StepControl = CONTROL,
+    balance: HarmonicBalance, evaluation: Evaluation, along: Tangent, band: tuple[float, float], control: StepControl = CONTROL
 ) -> Followed:
     """The curve through a solved point, first the way that goes with `along`; band: ω in rad/s, low and high."""
     onwards = one_way(balance, evaluation, along, band, control)

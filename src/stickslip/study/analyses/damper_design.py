@@ -139,10 +139,4 @@ def plan(asked: Asked) -> Works:
     return Works(settings.work, summary, finished, search=finished)
 
 
-KIND = Kind(
-    plan,
-    {"damper_design": DesignTable},
-    required=("damper_design",),
-    checks={"damper_design": known},
-    on_problem=False,
-)
+KIND = Kind(plan, {"damper_design": DesignTable}, required=("damper_design",), checks={"damper_design": known}, on_problem=False)

@@ -16,10 +16,7 @@ from stickslip.support.checks import InputError, counted, fault
 from stickslip.support.units import Band
 
 TABLE = "nonlinear_modes"
-FORMS: dict[str, Any] = {
-    "mode": ModeNumbers | None,
-    "amplitude": Annotated[Ends | None, LENGTH],
-}
+FORMS: dict[str, Any] = {"mode": ModeNumbers | None, "amplitude": Annotated[Ends | None, LENGTH]}
 """How files write the settings of modes."""
 
 ModesTable = table_of(

@@ -20,10 +20,7 @@ class RunTable(OverSpeedTable):
 
 
 RunUpTable = table_of(
-    RunUpWork,
-    "The motion in time while the rotor speed changes at a constant rate, up or down.",
-    RunTable,
-    duration=Positive,
+    RunUpWork, "The motion in time while the rotor speed changes at a constant rate, up or down.", RunTable, duration=Positive
 )
 
 

@@ -161,10 +161,5 @@ def band(tables: Mapping[str, Table]) -> Band | None:
 
 
 KIND = Kind(
-    plan,
-    {TABLE: SpeedSweepTable},
-    required=(TABLE,),
-    checks={TABLE: checked},
-    band=band,
-    without=("quantity", "measure"),
+    plan, {TABLE: SpeedSweepTable}, required=(TABLE,), checks={TABLE: checked}, band=band, without=("quantity", "measure")
 )

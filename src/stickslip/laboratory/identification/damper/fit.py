@@ -18,15 +18,7 @@ from typing import Any, Self
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
-from stickslip.laboratory.identification.damper.model import (
-    BOUNDS,
-    LINE_LAWS,
-    PARTS,
-    TENFOLD,
-    Parameter,
-    microslip,
-    over_load,
-)
+from stickslip.laboratory.identification.damper.model import BOUNDS, LINE_LAWS, PARTS, TENFOLD, Parameter, microslip, over_load
 from stickslip.laboratory.identification.least_squares import LeastSquares, Solution
 from stickslip.laboratory.measurement.cycles import CycleSet, analysis, delayed, synthesis
 from stickslip.laboratory.measurement.reconstruction import SIGNALS, RigErrors, distorted
