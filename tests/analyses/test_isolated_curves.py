@@ -20,8 +20,8 @@ from stickslip.cli import app
 from stickslip.results.schema import attributes_of
 from stickslip.results.view import highest_peak, level_text
 from stickslip.show.report.conclusions import further_curves_sentence, headline
-from stickslip.show.report.responses import sentences
 from stickslip.show.report.markup import Charts, hertz
+from stickslip.show.report.responses import sentences
 from stickslip.show.report.sections import overview
 from stickslip.study.further_curves import FurtherCurves, IsolatedTable
 from stickslip.support.units import unit_system
