@@ -80,6 +80,7 @@ def test_no_sweep_reaches_a_detached_curve():
     assert not table.from_rest[1]
     assert table.next_lower[1] < table.amplitude[1]
     kept = found.with_reached(steps_per_period=200)
+    assert kept.dataset.attrs["cpu_seconds"] > found.dataset.attrs["cpu_seconds"]
     assert words_of_flags(kept.dataset.reached, kept.dataset.reached.values[1]) == ["not reached"] * 3
     assert words_of_flags(kept.dataset.reached, kept.dataset.reached.values[0]) == ["not reached", "reached", "not reached"]
     said = [line for line in sentences(kept.dataset) if "reached" in line]

@@ -255,8 +255,10 @@ class ForcedResponse(Result):
         """A copy whose dataset also contains the result of `reached`, for report and tables: `reached` (case, question), with the
         questions from_rest, sweep_up and sweep_down, `next_lower` (case) [m] and `reached_unknown` (case)."""
         row = between("output", output, 0, self.dataset.sizes["output"] - 1)
+        began = time.process_time()
         table = reached(self.dataset, self.problem, row, steps_per_period, periods, progress)
-        return replace(self, dataset=with_reached(self.dataset, table, row))
+        seconds = self.dataset.attrs["cpu_seconds"] + time.process_time() - began
+        return replace(self, dataset=with_reached(self.dataset, table, row).assign_attrs(cpu_seconds=seconds))
 
     def sensitivity(self, case: int, point: int, parameters: Mapping[str, Parameter]) -> Sensitivity:
         """dX/dθ of any solved point at its frequency, those of an overhanging branch included, as by `stickslip.sensitivity`.
