@@ -359,7 +359,7 @@ def test_wrong_tables_are_refused(tmp_path):
     text = STUDY.format(M=MASS, k=1.0 + K2, k2=K2, c=OWN + C2, c2=C2, level=LEVEL)
     for k, (old, new, words) in enumerate(
         (
-            ("frequency = [0.7, 2.0]", "at = [0.7, 2.0]", "must go with a band"),
+            ("frequency = [0.7, 2.0]", "at = [0.7, 2.0]", "needs a band"),
             ("[1e-2, 6.0]", "[6.0, 1e-2]", "smallest first"),
             ("mode = 2", "mode = 0", "mode"),
             ("mode = 2", "mode = 2\nperiods = 17", "periods"),

@@ -147,7 +147,7 @@ def test_a_study_says_which_peaks_are_reached(tmp_path):
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
-        ("frequency = [0.08, 0.35]", "at = [0.1, 0.2]", "must go with a band"),
+        ("frequency = [0.08, 0.35]", "at = [0.1, 0.2]", "needs a band"),
         ("steps_per_period = 200", 'output = "2.x"', "must be an output, but is '2.x'"),
         ("steps_per_period = 200", "steps_per_period = 4", "steps_per_period"),
         ("steps_per_period = 200", "steps_per_period = 10", r"steps_per_period must be more than twice the 5 harmonics"),

@@ -275,7 +275,7 @@ def test_the_identification_that_is_read_is_not_replaced(identified):
             "structure.parameters.mass is 2.0 here and not given in the identification",
         ),
         ("harmonics = 3", "harmonics = 5", "sweep.harmonics is 5 here and 3 in the identification"),
-        ("limit = [", "stiffness = [", "must leave free what was identified, kt, limit, damping, but is"),
+        ("limit = [", "stiffness = [", "must have the identified parameters free, kt, limit, damping, but is"),
         ("[sweep]", "[structure.parameters]\nkt = 2.0\n[sweep]", ""),  # it is free
     ],
 )

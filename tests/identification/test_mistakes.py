@@ -40,7 +40,7 @@ MISTAKES = {
     "acceleration in g": (scaled(1.0 / 9.80665), "as where an acceleration in g is given as in m/s2"),
     "a gain of no known mistake": (scaled(3.3), "0.3, 1, 2: the amplitudes fit with a gain of 3.2"),
     "RMS response": (scaled(np.sqrt(0.5)), "0.3, 1, 2: the measured responses per force are 0.70"),
-    "RMS force": (scaled(force=np.sqrt(0.5)), "as where the force is an RMS value and the response an amplitude"),
+    "RMS force": (scaled(force=np.sqrt(0.5)), "as if the force were an RMS value and the response an amplitude"),
     "peak to peak": (scaled(2.0), "as where the response is a peak-to-peak value"),
     "sign": (turned(lambda phase: -phase), "the displacement leads the force, as with exp(-iωt)"),
     "acceleration": (

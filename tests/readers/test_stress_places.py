@@ -10,7 +10,7 @@ from structure.calculix_elements import CALCULIX
 from structure.cantilever import LENGTH, THICKNESS, cantilever, static_stress
 
 import stickslip as ss
-from stickslip.analyses.mistuning.population import blade_margins, smallest_blade_margin
+from stickslip.analyses.mistuning.population import blade_margins, population_dataset, smallest_blade_margin
 from stickslip.analyses.stress import margins, own_recovery, smallest_margin
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem.at_rest import normal_loads_at_rest
@@ -463,9 +463,7 @@ def test_a_study_names_places_of_stress(beam):
         job(gauge.replace(", direction = [0.0, 1.0, 0.0]", ""), beam[0].parent, "beam")
     with pytest.raises(ss.InputError, match="stress must go with a model"):
         job(STUDY.replace('model = "disk.inp"\nkeep = { tip = "TIP" }\nmodes = 4', 'rig = "single_mass"'), beam[0].parent, "beam")
-    with pytest.raises(
-        ss.InputError, match="stress must go with analysis = forced_response or mistuned_population, but the analysis"
-    ):
+    with pytest.raises(ss.InputError, match="stress needs analysis = forced_response or mistuned_population, but the analysis"):
         job(STUDY.replace('"forced_response"', '"nonlinear_modes"'), beam[0].parent, "beam")
 
 
@@ -491,9 +489,9 @@ def test_a_study_of_mistuned_disks_has_the_stress_of_each_blade(ring):
     text = text.replace('"forced_response"', '"mistuned_population"') + "[mistuned_population]\nblade_scatter = 0.01\n"
     plan = job(text, deck.parent, "ring").plan
     assert plan.works[""].places == ("inner",)
-    assert plan.gathered.keywords["fatigue"] is None
+    assert plan.gathered is population_dataset
     fatigue = "[fatigue]\nfatigue_strength = 4e8\nultimate_strength = 9e8\n"
-    assert job(text + fatigue, deck.parent, "ring").plan.gathered.keywords["fatigue"] is not None
+    assert job(text + fatigue, deck.parent, "ring").plan.gathered is not population_dataset
     without = text.replace(f"stress = {{ inner = {node} }}\n", "")
     assert without != text
     with pytest.raises(ss.InputError, match=r"\[fatigue\] must go with places of stress"):

@@ -55,3 +55,27 @@ def test_a_free_body_beside_stays_free():
     K = Turning.between(*wide).at(0.5)
     np.testing.assert_allclose(K[16:], 0.0, atol=1e-10 * np.abs(first).max())
     np.testing.assert_allclose(K[:16, :16], Turning.between(M, first, last).at(0.5), atol=1e-9 * np.abs(first).max())
+
+
+def test_a_row_that_is_much_stiffer_changes_nothing():
+    """It made all motions soft in the geometric mean of the lowest and the highest frequency, and nothing turned."""
+    (M, first), (_, last) = body(0.0), body(ANGLE)
+    wide = [linalg.block_diag(each, 1.0 if each is M else 1e10) for each in (M, first, last)]
+    np.testing.assert_allclose(squares(wide[0], Turning.between(*wide).at(0.5)), squares(*body(0.5 * ANGLE)), rtol=1e-2)
+
+
+def test_from_the_other_end_it_is_the_same():
+    (M, first), (_, last) = body(0.0), body(ANGLE)
+    there, back = Turning.between(M, first, 1.5 * last).at(0.3), Turning.between(M, 1.5 * last, first).at(0.7)
+    np.testing.assert_allclose(there, back, atol=1e-10 * np.abs(first).max())
+    assert there.dtype == np.float64
+
+
+@pytest.mark.parametrize(
+    ("first", "last"),
+    [((-1.8, 1.0, 4.0), (4.0, 1.0, 0.5)), ((1.0, 4.0, -2.0), (2.0, 4.0, 1.0)), ((-1.0, -1.0, 0.0), (0.0, -2.0, -3.0))],
+)
+def test_negative_stiffness_is_soft(first, last):
+    """Nothing turns; eigenvalues near −c had no polar factor."""
+    ends = np.diag(first), np.diag(last)
+    np.testing.assert_allclose(Turning.between(np.eye(3), *ends).at(0.25), 0.75 * ends[0] + 0.25 * ends[1], atol=1e-12)

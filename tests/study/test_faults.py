@@ -73,7 +73,7 @@ ONE_CHANGE = [
     ('direction = "2.x"', "", "[[force]] 1: direction must be given"),
     ('direction = "2.x"', 'at = "2.x"', "[[force]] 1: at is called direction now. Write direction instead."),
     ("amplitude = 1.0", "amplitude = [1.0, 2.0, 3.0]", "amplitude must have at most 2 entries"),
-    ("amplitude = 1.0", "static = 1.0", "forces must hold a harmonic force, but is 'none'"),
+    ("amplitude = 1.0", "static = 1.0", "forces must contain a harmonic force, but is 'none'"),
     ("amplitude = 1.0", "amplitude = 1.0\nharmonic = 7", "harmonics must reach the load's harmonic 7, but is 5"),
     ("frequency = [0.1, 0.3]", "frequency = [0.1, 0.1]", "frequency must have two different ends, but is [0.1, 0.1]"),
     ("frequency = [0.1, 0.3]", "frequency = [-0.1, 0.3]", "frequency, entry 1 must be above 0, but is -0.1"),
@@ -204,14 +204,16 @@ def test_large_friction_of_contacts_that_may_lift_off(tmp_path):
     """Where a load varies, random problems are lost from mu = 2 on (measured); a constant load has no such limit."""
     assert job(VARYING.replace("mu = 1.0", "mu = 1.99"), tmp_path, "usual").notes == ()
     (note,) = job(GOOD.replace("mu = 1.0", "mu = 1e4"), tmp_path, "constant load").notes
-    assert "points may not be found" not in note
+    assert "the curve may stop" not in note
     (note,) = job(VARYING.replace("mu = 1.0", "mu = 1e4"), tmp_path, "large").notes
-    assert note.startswith("Large friction coefficients (contact 1): up to mu = 1e+04. Where such contacts lift off, points may")
+    assert note.startswith(
+        "Large friction coefficients (contact 1): up to mu = 1e+04. Where such contacts lift off, the curve may stop."
+    )
     both = job(VARYING.replace("mu = 1.0", "mu = 2.0").replace("kt = 0.5", "kt = 5e6"), tmp_path, "both").notes
     assert [words.split(" (")[0] for words in both] == [
         "Very stiff contacts",
         "Large friction coefficients",
-        "Normal and tangential stiffnesses that do not fit",
+        "Unusual ratio of normal to tangential stiffness",
     ]
 
 

@@ -222,7 +222,7 @@ SECTOR = "sectors = 12\n"
         ('low = "LOW" ', 'low = "HIGH" ', "must have no node in common, but is '21 nodes'. low and high are one set."),
         ("[excitation]\nengine_order = 3 ", "# ", "[excitation] must be given for a bladed disk"),
         ("engine_order = 3 ", "orders = { three = 1.0 } ", "must be a whole number, but is 'three'"),
-        ("[excitation]", "[base]\ndirection = 'x'\nacceleration = 1.0\n[excitation]", "base must go with another model"),
+        ("[excitation]", "[base]\ndirection = 'x'\nacceleration = 1.0\n[excitation]", "base cannot be used with a sector"),
         (SECTOR, f"{SECTOR}at_speeds = [{{ speed = 0.0, model = 'x.npz' }}]\n", "at_speeds needs an analysis over the speed"),
         (SECTOR, f"{SECTOR}speed = 6000.0\n", ""),
         ("next/PLATFORM_LEFT", "next/PLATFORM_LOFT", "does not exist. Did you mean 'next/PLATFORM_LEFT'?"),
@@ -420,7 +420,7 @@ SPEEDS = [
         (SPEEDS, "reference_speed must be the speed of the sector's model, 9000 rev/min, but is 8000.0."),
         (
             [SPEEDS[1], SPEEDS[2], ("[sweep]", SPEEDS[3][1]), ("modes = 12", 'stress = { foot = "BORE" }')],
-            "stress must go with analysis",
+            "stress needs analysis",
         ),
     ],
 )

@@ -79,7 +79,7 @@ def test_a_run_with_stress(tmp_path):
             "places = {}",
             "[stress]: places must",
         ),
-        ('analysis = "forced_response"', 'analysis = "response_bounds"', "[stress] must go with analysis"),
+        ('analysis = "forced_response"', 'analysis = "response_bounds"', "[stress] needs analysis"),
     ],
 )
 def test_faults_are_named(tmp_path, old, new, said):

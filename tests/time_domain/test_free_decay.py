@@ -122,7 +122,7 @@ def test_wrong_input_is_refused():
         ({"start": "rest"}, "start must be a TimeStart"),
         ({"start": TimeStart(np.zeros(2), np.zeros(2), np.zeros(1))}, "start must have motion, velocity and intercepts"),
         ({"displacement": {"1.x": 1e-3}, "method": "newmark"}, "method must be"),
-        ({"displacement": {"1.x": 1e-3}, "force": 2.0}, "force must go with frequency"),
+        ({"displacement": {"1.x": 1e-3}, "force": 2.0}, "force needs frequency"),
         ({"displacement": {"1.x": 1e-3}, "steps": 100}, "A half cycle must have 6 steps at least"),
     ):
         with pytest.raises(ss.InputError, match=message):

@@ -150,7 +150,7 @@ def test_a_study_goes_up_and_down_beside_the_harmonic_balance(tmp_path):
         int(np.argmax(own["amplitude"].values[:2])),
         1 + int(np.argmax(own["amplitude"].values[1:])),
     ]
-    with pytest.raises(ss.InputError, match="count must go with a band"):
+    with pytest.raises(ss.InputError, match="count needs a band"):
         job(STUDY.format(where=where, more="count = 5"), tmp_path, "study")
 
 

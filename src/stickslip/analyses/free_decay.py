@@ -113,7 +113,7 @@ class FreeDecayWork(Settings):
             )
         if self.frequency is None and self.force != 1.0:
             remedy = "A released motion has no force level: scale displacement and velocity."
-            raise fault("force", "must go with frequency, the steady motion before the decay", self.force, remedy)
+            raise fault("force", "needs frequency, the steady motion before the decay", self.force, remedy)
         if not isinstance(self.method, Method):
             raise fault("method", "must be a GeneralisedAlpha or a Newmark", self.method)
         if self.start is not None:

@@ -326,7 +326,7 @@ def say_kept(run: Run, count: int) -> None:
     if run.resume and count:
         say(f"Resuming from {counted(count, 'completed curve')} in {run.folder / 'unfinished'}.")
     elif run.resume:
-        say(f"Nothing is kept in {run.folder}: starting from the beginning.")
+        say(f"No interrupted run was found in {run.folder}: starting from the beginning.")
     elif count:
         warn(f"Not used: {counted(count, 'completed curve')} of an interrupted run. Stop and add --resume to use what is kept.")
 

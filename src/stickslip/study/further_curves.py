@@ -83,7 +83,7 @@ class FurtherCurves:
         isolated, branches = asked.tables.get("isolated"), asked.tables.get("branches")
         for name, table in (("isolated", isolated), ("branches", branches)):
             if table is not None and asked.sweep is not None and asked.sweep.listed:
-                raise fault(f"[{name}]", "must go with a band, [sweep] frequency", "listed frequencies, [sweep] at")
+                raise fault(f"[{name}]", "needs a band, [sweep] frequency", "listed frequencies, [sweep] at")
         found = cls(
             with_si(isolated, asked.units) if isinstance(isolated, IsolatedTable) else None,
             branches if isinstance(branches, BranchesTable) else None,
@@ -262,7 +262,7 @@ def reached_of(asked: Asked) -> ReachedTable | None:
     if not isinstance(table, ReachedTable) or asked.sweep is None:
         return None
     if asked.sweep.listed:
-        raise fault("[reached]", "must go with a band, [sweep] frequency", "listed frequencies, [sweep] at")
+        raise fault("[reached]", "needs a band, [sweep] frequency", "listed frequencies, [sweep] at")
     isolated = asked.tables.get("isolated")
     if isinstance(isolated, IsolatedTable) and isolated.periods > 1:
         raise fault("[isolated] periods", "must be 1 beside [reached]", isolated.periods)

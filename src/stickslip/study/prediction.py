@@ -112,7 +112,9 @@ class PredictionPlan(Plan):
             raise fault(what, f"must be the results of {IDENTIFICATION}", analysis_of(dataset))
         free, identified = list(free_parameters(self.base.table)), list(json.loads(str(dataset.attrs.get("free", "{}"))))
         if sorted(free) != sorted(identified):
-            raise fault(f"[{IDENTIFICATION}]", f"must leave free what was identified, {', '.join(identified)}", ", ".join(free))
+            raise fault(
+                f"[{IDENTIFICATION}]", f"must have the identified parameters free, {', '.join(identified)}", ", ".join(free)
+            )
         own = {*free, *self.table.settings, *(name for one in self.base.table.settings for name in one)}
         text = str(dataset.attrs.get("study", ""))
         if text and (found := differences(self.document, with_new_names(tomllib.loads(text))[0], (own, self.name))):

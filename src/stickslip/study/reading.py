@@ -273,7 +273,7 @@ def misplaced(tables: Tables, document: Mapping[str, Any], kind: Kind, found: Fo
     for key in document:
         names = () if key in keys_of(kind) else owners(key)
         if names and tables.study.analysis not in names:
-            rule = f"must go with analysis = {' or '.join(map(repr, names))}".replace("'", '"')
+            rule = f"needs analysis = {' or '.join(map(repr, names))}".replace("'", '"')
             found.messages.append(f"[{key}] {rule}, but the analysis is {tables.study.analysis!r}.")
 
 
@@ -463,7 +463,7 @@ def from_model(
     _check_disk(tables, document, found)
     asks_for_stress = any(table is not None and table.stress is not None for table in tables.structures)
     if asks_for_stress and tables.study is not None and tables.study.analysis not in WITH_STRESS:
-        rule = f"must go with analysis = {' or '.join(WITH_STRESS)}, but the analysis is {tables.study.analysis!r}"
+        rule = f"needs analysis = {' or '.join(WITH_STRESS)}, but the analysis is {tables.study.analysis!r}"
         remedy = "Leave it out." if tables.over_speed is None else "Compute a forced response at the speed of a peak for it."
         found.messages.append(f"[structure]: stress {rule}. {remedy}")
     if "fatigue" in tables.own and not asks_for_stress and "stress" not in tables.own:
@@ -564,7 +564,7 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         found.attempt("", build.check_speeds, over, sector.speed)
     for key in ("dashpot", "base"):
         if key in document:
-            found.messages.append(f"{key} must go with another model than a sector of a bladed disk. Leave it out.")
+            found.messages.append(f"{key} cannot be used with a sector of a bladed disk. Remove it.")
 
 
 def contacts_of(tables: Tables, names: Names, parts: Parts | None, found: Found, notes: list[str]) -> tuple[Contact, ...]:

@@ -126,7 +126,7 @@ def test_samples_come_as_cases_with_percentiles(tmp_path):
         (('"latin"  ', '"corners"\nlaw = "uniform"  '), "method must be latin or random with a law, but is 'corners'"),
         (("count = 20", "count = 100000000000000"), "count must be at most 100000, but is 100000000000000"),
         (("seed = 0", "seed = 9223372036854775808"), "seed must be at most 9223372036854775807, but is 9223372036854775808"),
-        (("frequency = [200.0, 235.0]", "at = [222.0]"), "points must go with a band"),
+        (("frequency = [200.0, 235.0]", "at = [222.0]"), "points needs a band"),
     ],
 )
 def test_faults_of_samples_are_said(tmp_path, change, message):
@@ -151,7 +151,7 @@ def test_attached_bounds_survive_the_file(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("[response_bounds]", "[response_samples]"), "must go with analysis"),
+        (("[response_bounds]", "[response_samples]"), "needs analysis"),
         (('objective = "amplitude"', 'objective = "energy"'), "objective must be"),
         (("points = 25", "points = 1"), "points must be"),
         (("cloud = 60", "cloud = 1000000000000000"), "cloud must be at most 100000"),

@@ -110,7 +110,7 @@ def waves_at(disks: Mapping[float, CyclicStructure], speed: float) -> NDArray[An
 
 def _waves_between(one: CyclicStructure, other: CyclicStructure, share: float) -> NDArray[Any]:
     """K of the nodal diameters at a share of the way in Ω²."""
-    if one.turns and other.turns:
+    if one.turns and other.turns and share not in (0.0, 1.0):
         return np.array([turning.at(share) for turning in _turnings(one, other)])
     return np.asarray(_stiffness(one) + share * (_stiffness(other) - _stiffness(one)))
 
@@ -151,14 +151,17 @@ def _alike(one: Any, other: Any) -> bool:
     return bool(np.allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(one).max()))
 
 
-def _between(one: Problem, other: Problem, share: float) -> Problem:
-    """The problem at a share of the way in Ω²."""
+def _between(one: Problem, other: Problem, share: float, straight: bool = False) -> Problem:
+    """The problem at a share of the way in Ω²; straight: also of blades that turn."""
     a, b = one.structure, other.structure
     loads = [replace(f, static=f.static + share * (g.static - f.static)) for f, g in zip(one.forces, other.forces, strict=True)]
-    between = replace(one, structure=replace(a, K=a.K + share * (b.K - a.K), coriolis=None), forces=tuple(loads))
+    found: Structure
     if isinstance(a, CyclicStructure) and isinstance(b, CyclicStructure):
-        return with_waves(between, _waves_between(a, b, share))
-    return between
+        waves = _waves_between(replace(a, turns=False) if straight else a, b, share)
+        found = replace(a, K=waves[0].real, stiffnesses=waves.astype(complex))
+    else:
+        found = replace(a, K=a.K + share * (b.K - a.K), coriolis=None)
+    return replace(one, structure=found, forces=tuple(loads))
 
 
 def with_waves(problem: Problem, waves: NDArray[Any]) -> Problem:
@@ -179,7 +182,7 @@ def synchronous(models: Mapping[float, Problem]) -> Problem:
     rates = [(g.static - f.static) / grown for f, g in zip(one.forces, other.forces, strict=True)]
     added = _stiffness(other.structure) - _stiffness(one.structure)
     added = np.where(np.abs(added).max() > ROUNDING * np.abs(one.structure.K).max(), added / grown, 0.0)
-    return _with_speed(_between(one, other, -squares[0] / grown), added, rates)
+    return _with_speed(_between(one, other, -squares[0] / grown, straight=True), added, rates)
 
 
 def at_reference_speed(problem: Problem, speed: float, stiffness_at_rest: NDArray[Any] | None = None) -> Problem:

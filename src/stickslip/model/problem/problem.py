@@ -85,7 +85,7 @@ class Problem:
         if not self.outputs:
             raise fault("outputs", "must name at least one degree of freedom", "none")
         if not any(amplitude for force in self.forces for amplitude in force.amplitudes.values()):
-            raise fault("forces", "must hold a harmonic force", "none", "Give a force a non-zero amplitude.")
+            raise fault("forces", "must contain a harmonic force", "none", "Give a force a non-zero amplitude.")
         if self.structure.coriolis is not None and (self.speed or any(isinstance(force, BaseMotion) for force in self.forces)):
             raise InputError("Coriolis forces hold for one speed only and cannot be combined with `speed` or a moving base.")
         if self.speed is not None:

@@ -87,7 +87,7 @@ def _stiffness(problem: Problem) -> str:
     largest, lowest = f"{problem.stiffness_ratios[stiff].max():.2g}", f"{limits[stiff].min():g}"
     return (
         f"Very stiff contacts ({_named([owners[row].name for row in stiff])}): up to {largest} times what they join. Where "
-        f"they slip or lift off, points may not be found. Lower kt and kn to {lowest} times that stiffness: a stuck "
+        f"they slip or lift off, the curve may stop. Lower kt and kn to {lowest} times that stiffness: a stuck "
         f"contact is then rigid to within one part in {lowest}."
     )
 
@@ -104,7 +104,7 @@ def _friction(problem: Problem) -> str:
     lost = any(contact.normal is not None for contact in large)
     return (
         f"Large friction coefficients ({_named([contact.name for contact in large])}): up to mu = {max(largest.values()):.3g}. "
-        + ("Where such contacts lift off, points may not be found. " if lost else "")
+        + ("Where such contacts lift off, the curve may stop. " if lost else "")
         + "Measured coefficients are hardly ever above 1."
     )
 
@@ -179,7 +179,7 @@ def _normal_stiffness(problem: Problem) -> str:
         return ""
     worst = max(odd.values(), key=lambda ratio: abs(np.log(max(ratio, 1e-300))))
     return (
-        f"Normal and tangential stiffnesses that do not fit ({_named(list(odd))}): kn is {worst:.2g} times kt. Between elastic "
+        f"Unusual ratio of normal to tangential stiffness ({_named(list(odd))}): kn is {worst:.2g} times kt. Between elastic "
         "bodies it is 1 to 1.5 times kt. Check whether the two are exchanged, and the units of both."
     )
 

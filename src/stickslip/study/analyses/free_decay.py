@@ -56,7 +56,7 @@ def checked(table: FreeDecayTable) -> None:
         what = "both" if moved else "neither"
         raise fault("displacement or velocity", "must be given, or frequency of a steady motion", what)
     if table.frequency is None and table.force != 1.0:
-        raise fault("force", "must go with frequency, the steady motion before the decay", table.force)
+        raise fault("force", "needs frequency, the steady motion before the decay", table.force)
 
 
 def plan(asked: Asked) -> Works:

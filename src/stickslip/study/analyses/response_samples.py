@@ -59,7 +59,7 @@ def plan(asked: Asked) -> Works:
     table, sweep = asked.tables.get("response_samples", SamplesTable()), sweep_of(asked)
     given = in_si(table, asked.units)
     if given["points"] and sweep.listed:
-        raise InputError("[response_samples]: points must go with a band, but [sweep] at lists the frequencies. Leave one out.")
+        raise InputError("[response_samples]: points needs a band, but [sweep] at lists the frequencies. Leave one out.")
     settings = {name: given[name] for name in ("method", "rule", "share", "seed")}
     settings |= {"starts": given["count"], "distribution": law_of(table)}
     base = cache(partial(ForcedResponseWork.of, replace(sweep, isolated=False)))

@@ -120,7 +120,7 @@ def _disk_at_rest(disks: Mapping[float, CyclicStructure]) -> Array | None:
 def straight_notes(asked: Asked) -> list[str]:
     """What K of a sector that goes straight with Ω² adds to frequencies within a sweep: K of the models turns with the blades."""
     table: Any = asked.tables.get(TABLE, asked.tables.get("run_up"))
-    at_rest = None if table is None else _disk_at_rest(asked.disks)
+    at_rest = None if table is None or not asked.disks else _disk_at_rest(asked.disks)
     if at_rest is None:
         return []
     own, disk = next(iter(asked.disks.items()))

@@ -50,7 +50,7 @@ def plan(asked: Asked) -> Works:
     table, sweep = asked.tables[TABLE], sweep_of(asked)
     count, back, balance = (getattr(table, key) for key in ("count", "back", "balance"))
     if sweep.listed and count is not None:
-        raise fault(f"[{TABLE}]: count", "must go with a band, but [sweep] lists its frequencies (`at`)", count)
+        raise fault(f"[{TABLE}]: count", "needs a band, but [sweep] lists its frequencies (`at`)", count)
     f = sweep.frequencies
     forth = list(f) if sweep.listed else np.linspace(f[0], f[-1], COUNT if count is None else count).tolist()
     order = forth + forth[-2::-1] if back else forth

@@ -41,7 +41,7 @@ FROM_ONE = 1.25
 OR_ALONE = "without /N if the file contains amplitudes and forces"
 
 GAINS = (
-    (np.sqrt(2.0), "as where the force is an RMS value and the response an amplitude. Give amplitudes of both"),
+    (np.sqrt(2.0), "as if the force were an RMS value and the response an amplitude. Give amplitudes of both"),
     (np.sqrt(0.5), "as where the response is an RMS value and the force an amplitude. Give amplitudes of both"),
     (2.0, "as where the response is a peak-to-peak value and the force an amplitude. Give amplitudes of both"),
     (0.5, "as where the force is a peak-to-peak value and the response an amplitude. Give amplitudes of both"),

@@ -339,7 +339,7 @@ def _parameter(dataset: xr.Dataset, k: int) -> str:
     own, unit = json.loads(dataset.attrs.get("factors", "{}")).get(name, (None, ""))
     if np.isfinite(least):
         known = f"{least:.5g}" if own is None else f"{times(own, least, unit)} (× {least:.5g})" if own else f"× {least:.5g}"
-        return f"{name} ≥ {known}: no contact slips or opens, with less one would"
+        return f"{name} ≥ {known}: lower bound: with less a contact would slip or open"
     digits = digits_between(low, high, 5)
     shown, ends = f"{value:.{digits}g}", f"{low:.{digits}g} to {high:.{digits}g}"
     if own is None:
