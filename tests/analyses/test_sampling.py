@@ -22,7 +22,7 @@ def response(v0: float, samples: int) -> ss.ForcedResponse:
 def test_too_few_samples_are_named_with_enough():
     message = str(response(1e-3, 256).dataset.case_message.values[0])
     assert "The friction of slider changes its sign within 0.061 of a sample" in message
-    assert "Take 16384 samples" in message
+    assert "Use 16384 samples" in message
 
 
 @pytest.mark.parametrize("v0", [0.05, 0.1])

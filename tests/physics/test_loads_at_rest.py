@@ -136,6 +136,6 @@ def test_a_band_with_the_frequency_of_small_vibrations_at_rest_holds_one(tmp_pat
     made = job(study, tmp_path, "study")
     assert not any("no natural frequency" in note for note in made.notes)
     sentence = opened(made.sweep.problem, 25.0, 40.0)
-    assert "small vibrations have the natural frequency 31.831 Hz, not the 162.31 Hz" in sentence
+    assert "small vibrations have the natural frequency 31.831 Hz instead of 162.31 Hz" in sentence
     far = job(study.replace("[25.0, 40.0]", "[50.0, 100.0]"), tmp_path, "study")
     assert any("no natural frequency lies between 50 and 100 Hz" in note and "31.831" in note for note in far.notes)

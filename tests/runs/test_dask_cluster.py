@@ -237,7 +237,7 @@ def test_a_scheduler_that_is_not_there(tmp_path):
 def test_the_command_says_so_too(tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
     command = ["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--scheduler", NOBODY]
-    for options, words in (((), NOBODY), (("--workers", "2"), "--workers must stay")):
+    for options, words in (((), NOBODY), (("--workers", "2"), "--workers must be left out")):
         found = CliRunner().invoke(app, [*command, *options])
         assert found.exit_code == console.WRONG_INPUT
         assert words in found.output

@@ -273,7 +273,7 @@ def refuse_hidden(problem: Problem, levels: Sequence[float]) -> None:
         if normal is None or any(force.power for force in problem.forces):
             continue
         away = -float(np.min(normal.constant))
-        if smallest and np.finfo(float).eps * away > MISMATCH * smallest:
+        if smallest and np.finfo(float).eps * away > AMPLIFIED * smallest:
             rule = "must not be so large that rounding of kn · gap hides the force"
             given = f"kn · gap = {away:.3g} N against {smallest:.3g} N"
             raise fault(f"The gap of {contact.name}", rule, given, "Leave out a contact that never closes.")

@@ -19,9 +19,9 @@ from stickslip.model.structure.modes import ROUNDING
 from stickslip.support.checks import Array
 
 SOFT = 30.0
-"""Times the lowest natural frequency up to which a motion is soft: across its plane a thin blade has several modes within 10 times
-the lowest; in its plane, 10⁴ times as stiff, they begin at 100 times. Stiffer kept rows do not count. Of a shrouded wheel on 36
-and on 216 coordinates, frequencies between two speeds are right to 0.03 %."""
+"""Times the lowest natural frequency up to which a motion is soft: across its plane a thin blade has several modes within 10
+times the lowest; in its plane, 10⁴ times as stiff, they begin at 100 times. Stiffer kept rows do not count. Of a shrouded wheel
+on 36 and on 216 coordinates, frequencies between two speeds are right to 0.03 %."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,6 +27,7 @@ from stickslip.results.view import (
     force_text,
     higher_end,
     highest_peak,
+    is_cloud,
     is_listed,
     levels_of,
     measure_in,
@@ -227,7 +228,11 @@ def isolated_sentences(dataset: xr.Dataset) -> list[str]:
     if CurveKind.ISOLATED in kinds_in(dataset) and "reached" not in dataset and not of_sector:
         searched.append("The table `[reached]` says which of these motions a machine shows from rest and in slow sweeps.")
     open_ = dataset["share_open"].values if "share_open" in dataset else np.zeros(0)
-    if not said and not is_listed(dataset) and periods_of(dataset) == 1 and np.any((open_ > 0.0) & (open_ < 1.0)):
+    if (
+        not (said or is_listed(dataset) or is_cloud(dataset))
+        and periods_of(dataset) == 1
+        and np.any((open_ > 0.0) & (open_ < 1.0))
+    ):
         searched.append("Detached curves were not sought although contacts lift off; the table `[isolated]` seeks them.")
     if "isolated_starts" not in dataset.attrs:
         return searched
