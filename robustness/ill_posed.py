@@ -98,7 +98,7 @@ ILL_POSED = (
     IllPosed("rows missing", respond(matrices={"K": np.ones((1, 2))}), "K must be a square matrix"),
     IllPosed("damping that feeds", respond(matrices={"C": -0.02 * np.eye(2)}), "C must not feed energy in"),
     IllPosed("one name twice", respond(matrices={"dofs": ("1.x", "1.x")}), "dofs must be unique"),
-    IllPosed("no vibration", respond(forces=lambda: (ss.Force("1.x", static=1.0),)), "forces must hold a harmonic force"),
+    IllPosed("no vibration", respond(forces=lambda: (ss.Force("1.x", static=1.0),)), "forces must contain a harmonic force"),
     IllPosed("a force too small to count", respond(forces=lambda: (ss.Force("1.x", 1e-200),)), "must be at least 1e-40"),
     IllPosed("a force on nothing", respond(forces=lambda: (ss.Force("9.x", 1.0),)), "'9.x' does not exist"),
     IllPosed(

@@ -97,7 +97,6 @@ def modes(data):
 def speed_sweep(data):
     solved = data["outcome"].values[0, 0] == 1
     yield data["speed"].values[0, 0][solved], 1e6 * data["amplitude"].values[0, 0][solved, 0]
-    yield data["peak_speed"].values[0, :, 0, 0], data["peak_frequency"].values[0, :, 0, 0]
 
 
 def campbell(data):
