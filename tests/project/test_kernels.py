@@ -7,6 +7,7 @@ import sys
 from copy import deepcopy
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numba
@@ -15,8 +16,10 @@ import pytest
 
 import stickslip
 from stickslip import forced_response, nonlinear_modes, radians_per_second
+from stickslip.model.readers.reduction import to_cache
 from stickslip.model.rigs import single_mass
 from stickslip.solve.balance.balance import HarmonicBalance, Point
+from stickslip.support.files import only_own_files, write_arrays
 from stickslip.support.kernels import cache, compiled, kernel, separate
 from stickslip.support.kernels.cache import FOLDERS
 from stickslip.support.kernels.decorators import hold, number_of, numbered
@@ -274,3 +277,24 @@ def test_a_balance_that_travels_lies_at_an_address_of_its_own():
     np.testing.assert_array_equal(copied.evaluate(copied.stuck_point(1.0, 0.5)).w, before.w)
     held = balance.with_starts(balance.table.start_value)
     assert held.placed_system != balance.placed_system
+
+
+def test_what_another_process_has_kept_first_is_replaced_by_a_command_too(tmp_path, monkeypatch):
+    """A command replaces only files on its list; of two that compiled the same kernel at once the slower one was refused."""
+    found = tmp_path / "reduced.npz"
+    write_arrays(found, {"K": np.eye(2)})
+    with only_own_files():
+        to_cache(found, {"K": 2.0 * np.eye(2)})
+    assert np.load(found)["K"][0, 0] == 2.0
+    overload = numba.njit(lambda x: x + 1.0)
+    overload(1.0)
+    ((signature, compiled_once),) = overload.overloads.items()
+    monkeypatch.setattr(cache, "FOLDER", tmp_path)
+    kept = cache.KernelCache(number_of)
+    path = tmp_path / kept._file(signature, compiled_once.library.codegen.magic_tuple())
+    path.write_bytes(b"of another process")
+    library = SimpleNamespace(has_dynamic_globals=False)
+    data = SimpleNamespace(library=library, codegen=compiled_once.library.codegen, _reduce=lambda: 1)
+    with only_own_files():
+        kept.save_overload(signature, data)
+    assert path.read_bytes() != b"of another process"

@@ -95,9 +95,10 @@ _ONLY_OWN = ContextVar("only_own", default=False)
 
 
 @contextmanager
-def only_own_files() -> Iterator[None]:
-    """Files that are written in this block replace only what stickslip wrote, and go on the list of their folder."""
-    token = _ONLY_OWN.set(True)
+def only_own_files(only: bool = True) -> Iterator[None]:
+    """Files that are written in this block replace only what stickslip wrote, and go on the list of their folder; with False,
+    those of a cache, whose folder is of stickslip alone and which other processes fill too, replace any."""
+    token = _ONLY_OWN.set(only)
     try:
         yield
     finally:

@@ -5,6 +5,7 @@ A reduction is kept on disk under a name that identifies its content, so that th
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -34,7 +35,7 @@ from stickslip.model.structure.modes import rigid_motions, without_resistance
 from stickslip.model.structure.sparse import SparseStructure
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import Array, InputError, fault
-from stickslip.support.files import write_arrays
+from stickslip.support.files import only_own_files, write_arrays
 
 Progress = Callable[[float, str], None]
 """Called with the share that is done and what is being done."""
@@ -208,10 +209,8 @@ def from_cache(file: Path, names: Sequence[str]) -> dict[str, Any] | None:
 
 def to_cache(file: Path, matrices: dict[str, Any]) -> None:
     """Keep a reduction; without a folder to write to, nothing is kept."""
-    try:
+    with suppress(OSError), only_own_files(False):
         write_arrays(file, matrices)
-    except OSError:
-        return
 
 
 def structure_of(

@@ -39,7 +39,7 @@ from numba.core import caching, serialize
 from numba.core.compiler import CompileResult
 from numba.core.runtime.nrt import rtsys
 
-from stickslip.support.files import replacing
+from stickslip.support.files import only_own_files, replacing
 
 FOLDERS = (
     *("model/contact", "solve/balance", "solve/continuation", "solve/platforms", "solve/stability", "solve/time"),
@@ -163,7 +163,7 @@ class KernelCache(caching._Cache):
             raise TypeError(f"{self._name} holds an address of this process, and cannot be kept.")
         path = FOLDER / self._file(sig, data.codegen.magic_tuple())
         with suppress(OSError):
-            with replacing(path) as temporary:
+            with only_own_files(False), replacing(path) as temporary:
                 temporary.touch(mode=0o600)  # what lies here is run: others must not write to it
                 content = serialize.dumps(data._reduce())
                 temporary.write_bytes(_digest(content) + content)
