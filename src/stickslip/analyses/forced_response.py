@@ -755,8 +755,8 @@ class ForcedResponseWork(OneBalance):
             springs = len(self.problem.mean_springs) - len(self.settings.problem.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         history, by_history, unsought = history_change(self.balance, curve, measure, self.seated_at)
-        one = self.settings.listed or contracts(self.problem)
-        other = "" if one else other_motion_warning(self.balance, curve, self.measure.over(self.periods))
+        sought = not (self.settings.listed or contracts(self.problem))
+        other = other_motion_warning(self.balance, curve, self.measure.over(self.periods)) if sought else ""
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             other,
