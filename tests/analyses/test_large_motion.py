@@ -37,3 +37,14 @@ def test_a_gap_that_rounding_would_hide_the_force_behind_is_refused():
     assert peak(1e9) == pytest.approx(1.0 / (0.023 * np.sqrt(1.0 - 0.25 * 0.023**2)), rel=1e-6)
     with pytest.raises(ss.InputError, match="gap of stop must not be so large"):
         peak(1e15)
+
+
+def test_start_states_too_refuse_a_gap_that_hides_the_force():
+    structure = ss.Structure(M=np.eye(1), K=np.eye(1), C=0.023 * np.eye(1), dofs=("a.x",))
+    contacts = (
+        ss.Contact("slider", ss.Macroslip(kt=0.1, mu=0.3, normal_load=1.0), tangential=({"a.x": 1.0},)),
+        ss.Contact("stop", ss.Gap(kn=2.0, gap=1e15), normal={"a.x": 1.0}),
+    )
+    problem = ss.Problem(structure, contacts=contacts, forces=(ss.Force("a.x", 1.0),), outputs=("a.x",))
+    with pytest.raises(ss.InputError, match="gap of stop must not be so large"):
+        ss.response_samples(problem, ss.Band(0.08, 0.5), 1.0, starts=1)

@@ -47,7 +47,6 @@ from stickslip.analyses.solved_points import (
     deformed_shape,
     on_its_coordinates,
     peaks_of_another,
-    refuse_hidden,
     refuse_unexcited,
     response_at,
     with_shapes,
@@ -90,7 +89,7 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import Harmonics, attribute, fourier, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
+from stickslip.solve.curves.curve import Curve, CurveStopped, refuse_hidden, solve_curve, stopped_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.time.period import DEFAULT_METHOD, Method

@@ -264,21 +264,6 @@ def refuse_unexcited(problem: Problem, measure: Measure) -> None:
         )
 
 
-def refuse_hidden(problem: Problem, levels: Sequence[float]) -> None:
-    """Refuse gaps so large that rounding hides the force: an open contact has the force −kn g beside that of a closed one."""
-    excited = max((abs(factor) for force in problem.forces for factor in force.factors.values()), default=0.0)
-    smallest = excited * min((abs(level) for level in levels if level), default=0.0)
-    for contact in problem.contacts:
-        normal = contact.elements.normal
-        if normal is None or any(force.power for force in problem.forces):
-            continue
-        away = -float(np.min(normal.constant))
-        if smallest and np.finfo(float).eps * away > AMPLIFIED * smallest:
-            rule = "must not be so large that rounding of kn · gap hides the force"
-            given = f"kn · gap = {away:.3g} N against {smallest:.3g} N"
-            raise fault(f"The gap of {contact.name}", rule, given, "Leave out a contact that never closes.")
-
-
 def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) -> pd.DataFrame:
     """The peaks of a measure along every curve inside its band, as the table of `ForcedResponse.peaks`."""
     points = SolvedPoints(dataset, problem)

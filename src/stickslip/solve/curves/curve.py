@@ -25,7 +25,7 @@ from stickslip.solve.continuation.newton import Correction, correct
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.continuation.sweep import Sweep, SweepStopped, from_start, points_at, sweep
 from stickslip.solve.peaks.search import TOLERANCE, Peaks, PeakSearch, Unproven
-from stickslip.support.checks import Array, counted, first_of
+from stickslip.support.checks import Array, counted, fault, first_of
 from stickslip.support.outcome import Outcome
 
 RESTARTS = 3
@@ -41,6 +41,9 @@ UNDAMPED = "The structure has no damping: where contacts take no energy its resp
 
 AT_THE_END, PASSED = 1e-4, 0.9
 """Relative distance in frequency from where a curve was lost, within which a peak counts only if the curve then fell so far."""
+
+HIDDEN = 1e-5
+"""Share of a force that the rounding of kn · gap of an open contact may be: little damping amplifies it in the motion."""
 
 HELD_BY_FRICTION = "A body is held by friction alone: where it slips, its mean position is not determined."
 
@@ -110,8 +113,9 @@ def solve_curve(
     """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: the points at the given frequencies, in their order.
 
     begin: a solved point at frequencies[0], when one is known; peak_tolerance: relative amplitude by which peaks may be too low;
-    measure: what they are peaks of.
+    measure: what they are peaks of. Raises `InputError` where a gap is so large that rounding hides the force.
     """
+    refuse_hidden(balance.problem, (level,))
     if exactly:
         return _listed(balance, frequencies, level, progress, control, begin, measure)
     start, end = frequencies[0], frequencies[-1]
@@ -126,6 +130,21 @@ def solve_curve(
     except KeyboardInterrupt as stop:
         points = stop.points if isinstance(stop, SweepStopped) else points
         raise CurveStopped(stopped_curve(balance, level, points, (start, end), measure)) from stop
+
+
+def refuse_hidden(problem: Problem, levels: Sequence[float]) -> None:
+    """Refuse gaps so large that rounding hides the force: an open contact has the force −kn g beside that of a closed one."""
+    excited = max((abs(factor) for force in problem.forces for factor in force.factors.values()), default=0.0)
+    smallest = excited * min((abs(level) for level in levels if level), default=0.0)
+    for contact in problem.contacts:
+        normal = contact.elements.normal
+        if normal is None or any(force.power for force in problem.forces):
+            continue
+        away = -float(np.min(normal.constant))
+        if smallest and np.finfo(float).eps * away > HIDDEN * smallest:
+            rule = "must not be so large that rounding of kn · gap hides the force"
+            given = f"kn · gap = {away:.3g} N against {smallest:.3g} N"
+            raise fault(f"The gap of {contact.name}", rule, given, "Leave out a contact that never closes.")
 
 
 def stopped_curve(
