@@ -231,3 +231,14 @@ def test_the_remaining_time_is_that_at_the_last_pace_and_unknown_where_a_curve_f
         f"5 min, no progress for 4 min: {unknown}",
         "10 min, about 94 s left",
     ]
+
+
+def test_a_part_of_the_work_that_begins_anew_has_a_remaining_time_of_its_own(capfd, monkeypatch):
+    """Curves after their first solutions, which had come to 75 %, were said to make no progress while they went from 28 to 67 %."""
+    clock = iter([0.0, 10.0, 20.0, 30.0, 40.0])
+    monkeypatch.setattr("stickslip.support.console.monotonic", lambda: next(clock))
+    with progress_bar("Forced response", "stop it") as report:
+        for fraction in (0.75, 0.3, 0.5, 0.7):
+            report(fraction, "level 8")
+    ends = [line.partition(" after ")[2] for line in capfd.readouterr().err.splitlines()]
+    assert ends == ["10 s, about 3 s left", "20 s, about 23 s left", "30 s, about 25 s left", "40 s, about 15 s left"]

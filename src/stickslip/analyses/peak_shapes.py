@@ -64,7 +64,7 @@ def with_shapes_of_peaks(
         more = with_forces(problem, forces)
         if more.structure.size == problem.structure.size:
             break
-        progress(1.0, f"highest peaks on {more.structure.size} coordinates")
+        progress(0.0, f"highest peaks on {more.structure.size} coordinates")
         problem, balance = more, balance_of(more)
         again = [_again(balance, few, each, measure) for each in highest]
         change = max(abs(new.size / old.size - 1.0) for new, old in zip(again, highest, strict=True))

@@ -110,6 +110,8 @@ def _lines(title: str, remedy: str) -> Report:
         if now - said < min(EVERY, max(EVERY / 3.0, (now - began) / EVERY)):
             return
         said = now
+        if fraction < known[-1][1]:  # another part of the work begins, such as the curves after their first solutions
+            known[:] = [(known[-1][0], 0.0)]
         known.append((now, fraction))
         warn(
             f"{title}: {text}: {100.0 * min(max(fraction, 0.0), 1.0):.0f} % after {_duration(now - began)}{_left(known, remedy)}"
