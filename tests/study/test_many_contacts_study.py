@@ -102,3 +102,31 @@ def test_rows_are_kept_where_they_are_needed(folder, from_mesh, change):  # noqa
         text = text.replace('surface = "right/PLATL"', 'points = 3\nsurface = "right/PLATL"')
     (folder / "other.toml").write_text(text)
     assert read(folder / "other.toml").sweep.problem.mesh is None
+
+
+@pytest.mark.slow
+def test_a_performance_curve_from_the_mesh(folder, from_mesh, monkeypatch):  # noqa: F811
+    """Against the same with kept rows and ten times the modes: peaks within the error that is said, and no row kept."""
+    text = SWEEP.replace('analysis = "forced_response"', 'analysis = "performance_curve"').replace("force_levels = [0.3, 1.0]\n", "")
+    text += "[performance_curve]\nforce_ratio = [80.0, 300.0]\npoints = 3\npull = 60.0\nfriction = [0.3, 0.5]\n"
+    result = run(folder, "curve", text, "--workers", "1")
+    assert result.exit_code == 0, result.output
+    data = open_results(folder / "curve" / "results.nc")
+    checked = np.isfinite(data.modal_error.values)
+    assert checked[:, [0, -1]].all()
+    assert np.nanmax(np.abs(data.modal_error.values)) < 1e-3
+    assert "solved again on the mesh with all shapes of its contact forces and their inertia, the peaks at F_C/F_E = 80" in result.output
+    monkeypatch.undo()
+    result = run(folder, "curve_rows", text.replace("modes = 6", "modes = 60"), "--workers", "1")
+    assert result.exit_code == 0, result.output
+    rows = open_results(folder / "curve_rows" / "results.nc")
+    assert "modal_error" not in rows
+    for name, within in (("frequency", 2e-4), ("amplitude_per_force", 1e-3), ("optimum_amplitude_per_force", 1e-3)):
+        assert data[name].values == pytest.approx(rows[name].values, rel=within)
+
+
+def test_other_analyses_need_the_shapes_of_a_forced_response(folder, from_mesh):  # noqa: F811
+    (folder / "mesh.toml").write_text(SWEEP)
+    problem = ss.read_problem(folder / "mesh.toml")
+    with pytest.raises(ss.InputError, match=r"shapes of its contact forces, .* Give `forced_response\(...\).problem`"):
+        ss.response_bounds(problem, 550.0, 1.0)

@@ -572,7 +572,7 @@ class ForcedResponseWork(OneBalance):
     def with_shapes(self, progress: Progress) -> ForcedResponseWork:
         """Of a finite-element model, the work on coordinates with the shapes of the contact forces at the highest peaks of all
         levels; else itself."""
-        if self.problem.mesh is None or self.problem.mesh.solved:
+        if self.problem.mesh is None:
             return self
         measure, curves = self.measure.over(self.periods), []
 

@@ -15,7 +15,7 @@ from stickslip.analyses.truncation import errors_by, highest_points, solved_agai
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import finer, with_forces
 from stickslip.runs.work import Progress
-from stickslip.solve.balance.balance import HarmonicBalance, Point
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.finer_peak import pad
 from stickslip.solve.curves.curve import Curve
@@ -83,6 +83,17 @@ def own_shapes_error(balance: HarmonicBalance, curve: Curve, measure: Measure) -
     more = finer(balance.problem, np.hstack([_scaled(point.point.forces) for point in points]))
     whole = HarmonicBalance(more, balance.harmonics, balance.tables.E.shape[0], balance.periods)
     return errors_by(whole, balance, balance, curve, measure)
+
+
+def own_shapes_change(balance: HarmonicBalance, peak: Evaluation, output: int, measure: Measure) -> float:
+    """The same of one output at one of its peaks; NaN where that cannot be solved on these shapes."""
+    more = finer(balance.problem, _scaled(peak.point.forces))
+    whole = HarmonicBalance(more, balance.harmonics, balance.tables.E.shape[0], balance.periods)
+    X = peak.w[balance.rows + output]
+    solution = solved_again(whole, balance, peak.point, output, X[balance.first])
+    if solution is None:
+        return np.nan
+    return measure.size(solution.w[whole.rows + output], solution.point.omega) / measure.size(X, peak.point.omega) - 1.0
 
 
 def _highest(balance: HarmonicBalance, curve: Curve, measure: Measure) -> Iterator[_Highest]:

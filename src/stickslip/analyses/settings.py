@@ -229,11 +229,12 @@ def _rule(name: str, value: Any) -> Rules:
 
 
 def _problem(name: str, value: Any) -> Problem:
-    """A problem with all its rows: how contacts deform a mesh, a forced response alone finds out."""
+    """A problem with all its rows or shapes: how contacts deform a mesh, a forced response alone finds out."""
     problem: Problem = checks.of_kind(name, value, Problem)
-    if problem.mesh is not None:
-        rule = "must have a row for each direction of its contacts"
-        raise fault(name, rule, "on a mesh", "Give `forced_response`, or keep the rows of its contacts (`read_structure`).")
+    if problem.mesh is not None and not problem.mesh.solved:
+        rule = "must have the shapes of its contact forces"
+        remedy = "Give `forced_response(...).problem`, or keep the rows of its contacts (`read_structure`)."
+        raise fault(name, rule, "a mesh without them", remedy)
     return problem
 
 

@@ -77,7 +77,8 @@ class Works:
 
     work: as it is, or what makes it when it is asked for, where that reads files or takes long. gathered: the dataset of work and
     arrays of its cases, both by name where there are several works, unless that is `work.gathered(arrays).dataset`. search: the
-    same where the analysis goes on from its cases by a search, from work, arrays, checkpoint, workers and progress.
+    same where the analysis goes on from its cases by a search, from work, arrays, checkpoint, workers and progress. on_mesh: the
+    work once more where only a run finds out how contacts deform its model.
     """
 
     work: Work | Mapping[str, Work] | Callable[[], Work | Mapping[str, Work]]
@@ -87,9 +88,12 @@ class Works:
     condition: str = ""
     reads: tuple[Path, ...] = ()
     search: Callable[..., xr.Dataset] | None = None
+    on_mesh: Callable[[Progress], Work] | None = None
 
     def begin(self, progress: Progress) -> None:
-        """Nothing: the work has all that its cases share."""
+        """Of a finite-element model with many contacts, the work on the coordinates that they need."""
+        if self.on_mesh is not None:
+            self.__dict__["works"] = {"": self.on_mesh(progress)}
 
     @cached_property
     def works(self) -> Mapping[str, Work]:

@@ -148,6 +148,7 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
     data = {
         name: (dims, stacked([result[name] for result in results]), described(work.measured, name, units, words))
         for name, (dims, units, words) in VARIABLES.items()
+        if name in results[0]
     }
     coords: dict[str, Any] = {
         "friction": named("case", list(work.frictions), "friction coefficient"),

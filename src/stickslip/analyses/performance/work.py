@@ -17,6 +17,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analyses.forced_response import compile_forced_response
+from stickslip.analyses.peak_shapes import own_shapes_change
 from stickslip.analyses.performance.scaled_problem import (
     centrifugal_pull,
     excitation,
@@ -299,6 +300,8 @@ class _Curve:
             self._fill(arrays, k, continuation, found)
         arrays |= self._optimum(continuation, found)
         arrays |= _event_arrays(found)
+        if self.problem.mesh is not None:
+            arrays["modal_error"] = self._by_own_shapes(found, float(arrays["optimum_ratio"]))
         linear = {"free": self.free, "stuck": self.stuck}
         for name, peak in linear.items():
             arrays[f"{name}_frequency"] = np.array(peak.frequency)
@@ -362,6 +365,18 @@ class _Curve:
         arrays["outcome"][k] = int(Outcome.CONVERGED)
         arrays["contact_region"][k] = regions
         arrays["dissipated"][k] = np.bincount(rows, energy.dissipated[0], minlength=len(self.problem.contacts))
+
+    def _by_own_shapes(self, found: ContinuedPeaks, optimum: float) -> Array:
+        """What all shapes of the contact forces of a mesh change of the peaks at the ends and next to the lowest one, relative,
+        (points,); NaN at the others."""
+        ratios, errors = self.work.ratios, np.full(len(self.work.ratios), np.nan)
+        lowest = int(np.argmin(np.abs(np.log(np.array(ratios) / optimum)))) if np.isfinite(optimum) else 0
+        for k in sorted({0, lowest, len(ratios) - 1}):
+            highest = found.highest(ratios[k])
+            if highest is not None:
+                balance, peak = self.balance_and_level(ratios[k])[0], highest[1].peak.evaluation
+                errors[k] = own_shapes_change(balance, peak, self.work.output, self.work.measured)
+        return errors
 
     def _optimum(self, continuation: PeakContinuation, found: ContinuedPeaks) -> dict[str, NDArray[Any]]:
         """The lowest peak per force, the plateau around it, and the warnings about them."""

@@ -70,6 +70,11 @@ def with_forces(problem: Problem, forces: Array) -> Problem:
     return with_all_forces(problem, known)
 
 
+def promised(problem: Problem) -> Problem:
+    """The problem for settings that are checked before the shapes of the contact forces of its solutions are found."""
+    return problem if problem.mesh is None else replace(problem, mesh=replace(problem.mesh, solved=True))
+
+
 def finer(problem: Problem, forces: Array) -> Problem:
     """A problem of a mesh that shows what it lacks where contacts carry `forces` (rows, k): with all of their shapes and what
     the inertia of its own deforms."""

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip.analyses.performance.design import no_optimum
+from stickslip.analyses.truncation import OWN_FORCES
 from stickslip.results.schema import Row
 from stickslip.results.view import measure_in, shown_unit, size_text
 from stickslip.show.plots.paper import Figures
@@ -14,6 +15,7 @@ from stickslip.show.plots.performance_curve import REGIONS, design_space, dissip
 from stickslip.show.plots.variability import tornado
 from stickslip.show.report.markup import Presentation, always, percent, presents
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.support.checks import in_percent
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -39,8 +41,20 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         )
         if warning := str(dataset["optimum_warning"].values[case]):
             lines[-1] += f"; {warning}"
-        lines += [f"  {name}: {sentence}" for sentence in (*_detached(dataset, case), *_happened(dataset, case))]
+        further = (*_detached(dataset, case), *_happened(dataset, case), *_on_mesh(dataset, case))
+        lines += [f"  {name}: {sentence}" for sentence in further]
     return lines
+
+
+def _on_mesh(dataset: xr.Dataset, case: int) -> list[str]:
+    """How much the shapes of the contacts that a finite-element model lacks change of peaks."""
+    errors = dataset["modal_error"].values[case] if "modal_error" in dataset else np.full(1, np.nan)
+    known = np.flatnonzero(np.isfinite(errors))
+    if not known.size:
+        return []
+    where = ", ".join(f"{ratio:.4g}" for ratio in dataset["force_ratio"].values[known])
+    change = in_percent(float(np.abs(errors[known]).max()))
+    return [f"solved again {OWN_FORCES.words}, the peaks at F_C/F_E = {where} change by at most {change}"]
 
 
 def _detached(dataset: xr.Dataset, case: int) -> list[str]:

@@ -1,5 +1,6 @@
 """Performance curves in a study: the table [performance_curve]."""
 
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -7,8 +8,12 @@ from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.curve import gathered
+from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.settings import ForcedResponseSettings
+from stickslip.model.problem import Problem
+from stickslip.model.problem.meshed import promised
+from stickslip.runs.work import Progress
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.fields import FORCE, Positive, Table, Units, check_of, in_si, table_of
@@ -44,13 +49,25 @@ def plan(asked: Asked) -> Works:
     sweep = sweep_over_a_band(asked)
     settings = at_ratios(asked.tables["performance_curve"], asked.units) | {"band": sweep.band}
 
-    def work() -> PerformanceWork:
-        return PerformanceWork(**taken_over(ForcedResponseWork.of(sweep)) | {"problem": sweep.problem}, **settings)
+    def work(problem: Problem) -> PerformanceWork:
+        return PerformanceWork(**taken_over(ForcedResponseWork.of(sweep)) | {"problem": problem}, **settings)
+
+    def on_mesh(progress: Progress) -> PerformanceWork:
+        """On the shapes of the contact forces at the peaks of the ends and the middle of the curve, for each friction."""
+        problem = sweep.problem
+        pull = settings["pull"] or centrifugal_pull(problem)
+        levels = [pull / (ratio * excitation(problem)) for ratio in (low, np.sqrt(low * high), high)]
+        for mu in settings["friction"] or [None]:
+            rubbing = problem if mu is None else with_friction(problem, mu)
+            solved = ForcedResponseWork.of(replace(sweep, problem=rubbing, force=levels)).with_shapes(progress).problem
+            problem = replace(solved, contacts=problem.contacts)
+        return work(problem)
 
     low, *_, high = ratios = settings["force_ratio"]
     words = f"{counted(len(settings['friction'] or [0]), 'performance curve')} of {counted(len(ratios), 'point')}"
     summary = f"{summary_of(sweep)}; {words}, F_C/F_E {low:g} to {high:g}"
-    return Works(work, summary, lambda work, arrays: gathered(work, arrays).dataset)
+    of_mesh, known = None if sweep.problem.mesh is None else on_mesh, promised(sweep.problem)
+    return Works(lambda: work(known), summary, lambda work, arrays: gathered(work, arrays).dataset, on_mesh=of_mesh)
 
 
 def sweep_over_a_band(asked: Asked) -> ForcedResponseSettings:
@@ -75,4 +92,5 @@ KIND = Kind(
     required=("performance_curve",),
     checks={"performance_curve": checked},
     without=("force_levels", "peak_tolerance"),
+    from_mesh=True,
 )
