@@ -234,7 +234,7 @@ def test_the_remaining_time_is_that_at_the_last_pace_and_unknown_where_a_curve_f
 
 
 def test_a_part_of_the_work_that_begins_anew_has_a_remaining_time_of_its_own(capfd, monkeypatch):
-    """Curves after their first solutions, which had come to 75 %, were said to make no progress while they went from 28 to 67 %."""
+    """Curves after their first solutions, which had come to 75 %, were said to stand while they went from 28 to 67 %."""
     clock = iter([0.0, 10.0, 20.0, 30.0, 40.0])
     monkeypatch.setattr("stickslip.support.console.monotonic", lambda: next(clock))
     with progress_bar("Forced response", "stop it") as report:

@@ -107,7 +107,9 @@ def test_rows_are_kept_where_they_are_needed(folder, from_mesh, change):  # noqa
 @pytest.mark.slow
 def test_a_performance_curve_from_the_mesh(folder, from_mesh, monkeypatch):  # noqa: F811
     """Against the same with kept rows and ten times the modes: peaks within the error that is said, and no row kept."""
-    text = SWEEP.replace('analysis = "forced_response"', 'analysis = "performance_curve"').replace("force_levels = [0.3, 1.0]\n", "")
+    text = SWEEP.replace('analysis = "forced_response"', 'analysis = "performance_curve"').replace(
+        "force_levels = [0.3, 1.0]\n", ""
+    )
     text += "[performance_curve]\nforce_ratio = [80.0, 300.0]\npoints = 3\npull = 60.0\nfriction = [0.3, 0.5]\n"
     result = run(folder, "curve", text, "--workers", "1")
     assert result.exit_code == 0, result.output
@@ -115,7 +117,10 @@ def test_a_performance_curve_from_the_mesh(folder, from_mesh, monkeypatch):  # n
     checked = np.isfinite(data.modal_error.values)
     assert checked[:, [0, -1]].all()
     assert np.nanmax(np.abs(data.modal_error.values)) < 1e-3
-    assert "solved again on the mesh with all shapes of its contact forces and their inertia, the peaks at F_C/F_E = 80" in result.output
+    assert (
+        "solved again on the mesh with all shapes of its contact forces and their inertia, the peaks at F_C/F_E = 80"
+        in result.output
+    )
     monkeypatch.undo()
     result = run(folder, "curve_rows", text.replace("modes = 6", "modes = 60"), "--workers", "1")
     assert result.exit_code == 0, result.output
@@ -129,4 +134,28 @@ def test_other_analyses_need_the_shapes_of_a_forced_response(folder, from_mesh):
     (folder / "mesh.toml").write_text(SWEEP)
     problem = ss.read_problem(folder / "mesh.toml")
     with pytest.raises(ss.InputError, match=r"shapes of its contact forces, .* Give `forced_response\(...\).problem`"):
-        ss.response_bounds(problem, 550.0, 1.0)
+        ss.response_samples(problem, [550.0], 1.0)
+    with pytest.raises(ss.InputError, match="must have a row for each direction of its contacts"):
+        ss.response_bounds(problem, [550.0], 1.0)
+
+
+@pytest.mark.slow
+def test_start_states_from_the_mesh(folder, from_mesh, monkeypatch):  # noqa: F811
+    """The same start states with kept rows: the coordinates are those of peaks of sliders that start where they are assembled."""
+    text = SWEEP.replace('analysis = "forced_response"', 'analysis = "response_samples"').replace("[0.3, 1.0]", "[1.0]")
+    text = text.replace("frequency = [480.0, 620.0]", "at = [540.0]") + '[response_samples]\ncount = 4\nshare = "contact"\n'
+    result = run(folder, "samples", text, "--workers", "1")
+    assert result.exit_code == 0, result.output
+    assert "Solved again on the mesh with all shapes of its contact forces and their inertia" in result.output
+    data = open_results(folder / "samples" / "results.nc")
+    assert data.modal_error.sizes == {"case": 4, "output": 2}
+    assert 0.0 < np.abs(data.modal_error.values).max() < 4e-3
+    monkeypatch.undo()
+    (folder / "rows.toml").write_text(text.replace("modes = 6", "modes = 60"))
+    rows = ss.read_problem(folder / "rows.toml")
+    assert rows.mesh is None
+    starts = data.start_variable.values
+    again = ss.response_samples(rows, [540.0], 1.0, starts=starts, share="contact", harmonics=3).dataset.amplitude.values
+    assert np.ptp(again[..., 0]) > 0.01 * again[..., 0].max()
+    corrected = data.amplitude.values * (1.0 + data.modal_error.values[:, None, :])
+    assert corrected == pytest.approx(again, rel=1e-3)

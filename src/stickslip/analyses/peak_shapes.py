@@ -74,15 +74,20 @@ def with_shapes_of_peaks(
     return problem
 
 
-def own_shapes_error(balance: HarmonicBalance, curve: Curve, measure: Measure) -> Array:
+def own_shapes_error(
+    balance: HarmonicBalance,
+    curve: Curve,
+    measure: Measure,
+    started: Callable[[HarmonicBalance], HarmonicBalance] = lambda whole: whole,
+) -> Array:
     """The relative change of each output (outputs,) at its highest peak by all shapes of the contact forces there, and by what
-    the inertia of all shapes deforms."""
+    the inertia of all shapes deforms; started: puts the sliders where those of the balance start."""
     points = list(highest_points(balance, curve, measure).values())
     if not points:
         return np.full(len(balance.problem.outputs), np.nan)
     more = finer(balance.problem, np.hstack([_scaled(point.point.forces) for point in points]))
     whole = HarmonicBalance(more, balance.harmonics, balance.tables.E.shape[0], balance.periods)
-    return errors_by(whole, balance, balance, curve, measure)
+    return errors_by(started(whole), balance, balance, curve, measure)
 
 
 def own_shapes_change(balance: HarmonicBalance, peak: Evaluation, output: int, measure: Measure) -> float:

@@ -229,7 +229,16 @@ def _rule(name: str, value: Any) -> Rules:
 
 
 def _problem(name: str, value: Any) -> Problem:
-    """A problem with all its rows or shapes: how contacts deform a mesh, a forced response alone finds out."""
+    """A problem with all its rows: how contacts deform a mesh, a forced response alone finds out."""
+    problem: Problem = checks.of_kind(name, value, Problem)
+    if problem.mesh is not None:
+        rule = "must have a row for each direction of its contacts"
+        raise fault(name, rule, "on a mesh", "Give `forced_response`, or keep the rows of its contacts (`read_structure`).")
+    return problem
+
+
+def _with_shapes(name: str, value: Any) -> Problem:
+    """A problem with all its rows, or with the shapes of contact forces that a forced response found; results state the error."""
     problem: Problem = checks.of_kind(name, value, Problem)
     if problem.mesh is not None and not problem.mesh.solved:
         rule = "must have the shapes of its contact forces"
@@ -239,6 +248,7 @@ def _problem(name: str, value: Any) -> Problem:
 
 
 OfProblem = Annotated[Problem, Setting(_problem)]
+ProblemWithShapes = Annotated[Problem, Setting(_with_shapes)]
 Frequencies = Annotated[Band | Sequence[float], Setting(lambda name, band: band if isinstance(band, Band) else followed(band))]
 HarmonicNumbers = Annotated[int | Sequence[int], Setting(harmonic_numbers)]
 Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]

@@ -121,10 +121,11 @@ def history_change(
             dragged, other = (
                 f"{s:.4g} {unit} at {balance.hertz(e.point.omega):.5g} Hz" for s, e in zip(sizes, points, strict=True)
             )
+            other_starts = "bounds with `response_bounds`" if balance.problem.mesh is None else "others with `response_samples`"
             words[output] = (
                 f"The history of the static load changes {names[output]} at its highest peak: {dragged} if the load drags "
                 f"the sliders (as computed), {other} ({100.0 * changes[output]:+.1f} %) if it seats the contacts before friction "
-                "acts. These are not bounds of the response; compute bounds with `response_bounds`."
+                f"acts. These are not bounds of the response; compute {other_starts}."
             )
     worst = int(np.argmax(np.nan_to_num(np.abs(changes), nan=-1.0)))
     return changes, words[worst] or next(filter(None, words), ""), ""

@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 
 from stickslip.analyses.further_curves import NEAR
-from stickslip.analyses.solved_points import SHAPE_FORCE
 from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
 from stickslip.results.schema import shown_sentence
@@ -410,8 +409,9 @@ def finer_sentences(dataset: xr.Dataset) -> list[str]:
     sentences = (
         [shown_sentence(str(dataset.attrs["coordinates_chosen"]), dataset)] if "coordinates_chosen" in dataset.attrs else []
     )
-    for finer in (OWN_FORCES if SHAPE_FORCE in dataset else ALL_MODES, ALL_NODES, SEATED):
-        if finer.variable in dataset and np.isfinite(dataset[finer.variable].values).any():
+    for finer in (OWN_FORCES, ALL_MODES, ALL_NODES, SEATED):
+        solved = finer.variable in dataset and dataset[finer.variable].attrs.get("long_name") == finer.attributes["long_name"]
+        if solved and np.isfinite(dataset[finer.variable].values).any():
             errors, levels = dataset[finer.variable].values, dataset["force_level"].values
             case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)
             unknown = [f"{level:g}" for level in levels[np.isnan(errors).all(axis=1)]]

@@ -21,6 +21,7 @@ from pydantic import Field
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem.meshed import promised
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.solve.balance.fourier import checked_harmonics, in_words
@@ -88,17 +89,16 @@ class Works:
     condition: str = ""
     reads: tuple[Path, ...] = ()
     search: Callable[..., xr.Dataset] | None = None
-    on_mesh: Callable[[Progress], Work] | None = None
+    on_mesh: Callable[[Progress], Work | Mapping[str, Work]] | None = None
 
     def begin(self, progress: Progress) -> None:
         """Of a finite-element model with many contacts, the work on the coordinates that they need."""
         if self.on_mesh is not None:
-            self.__dict__["works"] = {"": self.on_mesh(progress)}
+            self.__dict__["works"] = _by_name(self.on_mesh(progress))
 
     @cached_property
     def works(self) -> Mapping[str, Work]:
-        made = self.work() if callable(self.work) else self.work
-        return made if isinstance(made, Mapping) else {"": made}
+        return _by_name(self.work() if callable(self.work) else self.work)
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         return self.gathered(*((self.works[""], results[""]) if len(self.works) == 1 else (self.works, results)))
@@ -109,6 +109,10 @@ class Works:
         if self.search is None:
             return self.dataset(results)
         return self.search(self.works[""], results[""], checkpoint, workers, progress)
+
+
+def _by_name(made: Work | Mapping[str, Work]) -> Mapping[str, Work]:
+    return made if isinstance(made, Mapping) else {"": made}
 
 
 def content_of(files: Iterable[Path]) -> str:
@@ -146,8 +150,8 @@ class Asked:
 
 
 def taken_over(base: ForcedResponseWork) -> dict[str, Any]:
-    """The settings that other analyses take over from a forced response."""
-    return {"problem": base.problem, "harmonics": base.harmonics, "samples": base.samples, **base.measure.attributes}
+    """The settings that other analyses take over from a forced response; a run finds the shapes that a mesh lacks before it."""
+    return {"problem": promised(base.problem), "harmonics": base.harmonics, "samples": base.samples, **base.measure.attributes}
 
 
 @dataclass(frozen=True)

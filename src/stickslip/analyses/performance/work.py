@@ -28,8 +28,8 @@ from stickslip.analyses.performance.scaled_problem import (
 from stickslip.analyses.settings import (
     Execution,
     MeasuredOutput,
-    OfProblem,
     OneOf,
+    ProblemWithShapes,
     Sampled,
     Setting,
     Whole,
@@ -206,7 +206,7 @@ Pull = Annotated[float | None, Setting(positive, "centrifugal load F_C of the pr
 class PerformanceWork(Sampled, MeasuredOutput, Execution):
     """Performance curves as independent cases, a friction coefficient each."""
 
-    problem: OfProblem
+    problem: ProblemWithShapes
     force_ratio: Annotated[ArrayLike, Setting(ratios_of, "[low, high] of F_C/F_E")]
     friction: Annotated[
         float | Sequence[float] | None,

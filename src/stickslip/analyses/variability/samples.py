@@ -10,20 +10,21 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Annotated, Any, Literal, Protocol, get_args
 
 import numpy as np
 
 from stickslip.analyses.forced_response import compile_forced_response
+from stickslip.analyses.peak_shapes import own_shapes_error
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.settings import (
     Execution,
     ForceLevels,
     Measured,
-    OfProblem,
     OneBalance,
     OneOf,
+    ProblemWithShapes,
     Rule,
     Sampled,
     Seed,
@@ -32,6 +33,7 @@ from stickslip.analyses.settings import (
     force_levels,
     takes,
 )
+from stickslip.analyses.truncation import OWN_FORCES
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result
 from stickslip.results.view import measure_in, sizes
@@ -248,7 +250,7 @@ def _starts(name: str, starts: Any) -> int | Array:
 class SamplesWork(OneBalance, Sampled, Measured, Execution):
     """Samples as independent cases, one force level and start state each."""
 
-    problem: OfProblem
+    problem: ProblemWithShapes
     band: Annotated[Band | Sequence[float], Setting(_band_or_list)]
     force: ForceLevels = 1.0
     starts: Annotated[
@@ -332,6 +334,9 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
         where = (self.frequencies, level, self.exactly)
         curve = start_curve(self.balance, space, self.variables[start], *where, report, self.measured, virgin)
         arrays = curve_arrays(self.balance, with_peaks(curve))
+        if self.problem.mesh is not None:
+            here = partial(space.balance, variables=self.variables[start])
+            arrays["modal_error"] = own_shapes_error(here(self.balance), curve, self.measured, here)
         arrays["start_value"] = space.values(self.variables[start])
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
@@ -355,6 +360,9 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
         numbers = [start for _, start in self.cases]
         values = np.array([curve["start_value"] for curve in curves])
         dataset = with_starts(dataset, "case", self.variables[numbers], values).assign_coords(start=("case", numbers))
+        if self.problem.mesh is not None:
+            errors = np.array([curve["modal_error"] for curve in curves])
+            dataset["modal_error"] = ("case", "output"), errors, OWN_FORCES.attributes
         return ResponseSamples(dataset.assign(wanted=list(self.frequencies)) if self.exactly else dataset, self.problem)
 
 

@@ -64,16 +64,18 @@ def plan(asked: Asked) -> Works:
     settings |= {"starts": given["count"], "distribution": law_of(table)}
     base = cache(partial(ForcedResponseWork.of, replace(sweep, isolated=False)))
 
-    def work() -> SamplesWork:
+    def work(base: ForcedResponseWork) -> SamplesWork:
         where = sweep.band
         if given["points"] and isinstance(where, Band):
             where = np.linspace(where.low, where.high, given["points"]).tolist()
-        return SamplesWork(**taken_over(base()), band=where, force=base().levels, **settings)
+        return SamplesWork(**taken_over(base), band=where, force=base.levels, **settings)
 
     def gathered(work: SamplesWork, arrays: Sequence[Arrays]) -> "xr.Dataset":
         return work.gathered(arrays).dataset.assign_attrs(harmonics_chosen=base().choice)
 
-    return Works(work, summary_of(sweep), gathered)
+    return Works(lambda: work(base()), summary_of(sweep), gathered, on_mesh=lambda progress: work(base().with_shapes(progress)))
 
 
-KIND = Kind(plan, {"response_samples": SamplesTable}, checks={"response_samples": checked}, without=("peak_tolerance",))
+KIND = Kind(
+    plan, {"response_samples": SamplesTable}, checks={"response_samples": checked}, without=("peak_tolerance",), from_mesh=True
+)
