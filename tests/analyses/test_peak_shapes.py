@@ -7,6 +7,7 @@ import pytest
 from structure.test_stuck_mesh import KN, KT, beam
 
 import stickslip as ss
+from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.structure.matrices import Structure
@@ -59,13 +60,13 @@ def test_peaks_are_those_of_all_rows_and_the_error_is_known(whole, meshed):
     assert meshed.dataset.modal_error.values[:, 0] == pytest.approx(error, rel=0.05, abs=5e-8)
 
 
-def test_shapes_of_the_peaks_take_away_what_those_of_stuck_modes_leave(whole):
+def test_shapes_of_the_peaks_take_away_what_those_of_stuck_modes_leave(whole, monkeypatch):
     """With so many modes that these leave nothing: forty times less at the highest peak, where all contacts slip."""
     problem, (_, right) = meshed_problem(*parts(), modes_to=1.5 * MODES_TO), highest(whole)
-    first = replace(problem, mesh=replace(problem.mesh, solved=True))
     left = []
-    for each in (first, problem):
-        _, height = highest(ss.forced_response(each, BAND, LEVELS[2:], harmonics=3, samples=128))
+    for shapes in (lambda work, progress: work, ForcedResponseWork.with_shapes):
+        monkeypatch.setattr(ForcedResponseWork, "with_shapes", shapes)
+        _, height = highest(ss.forced_response(problem, BAND, LEVELS[2:], harmonics=3, samples=128))
         left.append(abs(height[0] / right[2] - 1.0))
     assert left[0] > 1e-6
     assert left[1] < 0.1 * left[0]
@@ -129,3 +130,23 @@ def test_other_analyses_refuse_it(meshed):
     for problem in (meshed.problem, meshed_problem(*parts(), modes_to=MODES_TO)):
         with pytest.raises(InputError, match="keep the rows of its contacts"):
             ss.nonlinear_modes(problem, [1], (1e-6, 1e-5))
+
+
+def test_performance_curves_and_start_states_know_what_their_shapes_leave(whole, meshed):
+    """Peaks at F_C/F_E = 300 N over two levels, and sliders that start elsewhere, against all rows."""
+    settings = {"band": BAND, "pull": 300.0, "harmonics": 3, "samples": 128}
+    ratios = 300.0 / np.array(LEVELS[:0:-1])
+    few, right = (ss.performance_curve(each.problem, ratios, **settings).dataset for each in (meshed, whole))
+    assert "modal_error" not in right
+    error = (right.amplitude_per_force / few.amplitude_per_force - 1.0).values
+    assert np.abs(error).max() > 1e-5
+    assert few.modal_error.values == pytest.approx(error, rel=0.05, abs=5e-6)  # peaks are known to some 1e-6
+    starts = np.random.default_rng(2).uniform(-1.0, 1.0, (1, 2 * len(whole.problem.contacts)))
+    at = [float(few.frequency[0, 1])]
+    few, right = (
+        ss.response_samples(each.problem, at, LEVELS[1], starts=starts, share="direction", harmonics=3, samples=128).dataset
+        for each in (meshed, whole)
+    )
+    error = (right.amplitude / few.amplitude - 1.0).values.ravel()
+    assert np.abs(error).max() > 1e-5
+    assert few.modal_error.values.ravel() == pytest.approx(error, rel=0.1, abs=2e-7)
