@@ -121,7 +121,6 @@ from .model.disks.tuned import TunedDisk as TunedDisk
 # The damper alone
 from .analyses.damper_alone.cycle import DamperCycle as DamperCycle, damper_cycle as damper_cycle
 from .analyses.damper_alone.cycle import damper_evolution as damper_evolution, steady_cycles as steady_cycles
-from .analyses.damper_alone.cycle_dataset import force_plane as force_plane
 
 # Measurements and identification
 from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors

@@ -161,7 +161,7 @@ OF_ONE = {
 }
 """Their figures have no axis of cases."""
 DRAWN_ON_EVERY_CHANGE = {"ForcedResponse", "ContactLaw"}
-NOT_DRAWN = {"force_plane", "posterior", "stress", "haigh"}
+NOT_DRAWN = {"posterior", "stress", "haigh"}
 """Of one case, with arguments of their own; of stress, which `test_stress_at_forty_places` draws."""
 
 
