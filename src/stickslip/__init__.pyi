@@ -89,8 +89,7 @@ from .analyses.sensitivity import Parameter as Parameter, Sensitivity as Sensiti
 
 # Response variability
 from .analyses.variability.bounds import ResponseBounds as ResponseBounds, response_bounds as response_bounds
-from .analyses.variability.freedom import FrictionFreedom as FrictionFreedom, friction_freedom as friction_freedom
-from .analyses.variability.freedom import ResponseHistory as ResponseHistory, response_history as response_history
+from .analyses.variability.history import ResponseHistory as ResponseHistory, response_history as response_history
 from .analyses.variability.samples import ResponseSamples as ResponseSamples, response_samples as response_samples
 
 # Damper performance and design

@@ -155,7 +155,7 @@ OF_MANY = {
     "DamperEvolution": rounds,
 }
 OF_ONE = {
-    *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
+    *("NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
     *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance", "DampingByNodalDiameter", "Campbell"),
     *("InterferenceDiagram", "RunUp", "FreeDecay", "MeasuredDecay", "SteppedSine", "DecayPrediction"),
 }

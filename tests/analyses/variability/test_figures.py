@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.variability.bounds import response_bounds
-from stickslip.analyses.variability.freedom import friction_freedom, response_history
+from stickslip.analyses.variability.history import response_history
 from stickslip.analyses.variability.samples import response_samples
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.show.plots.time_response import Cycles, contact_forces, force_ratios, loops, sample_cycles
@@ -59,9 +59,6 @@ def test_history_and_freedom():
     assert history.plot().axes[0].lines
     with pytest.raises(InputError, match="more than once"):
         history.plot(level=2.0)
-    above, below = friction_freedom(three_mass_wedge(), [215.0, 222.0]).plot().axes
-    assert above.get_ylabel() == "mean traction in N"
-    assert below.lines
 
 
 def test_forces_and_loops_with_samples_behind(bounds):
