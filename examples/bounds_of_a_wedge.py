@@ -21,10 +21,6 @@ samples = ss.response_samples(wedge, [222.0], starts=30)
 bounds.plot(figure="contact_forces", frequency=222.0, samples=samples.dataset).savefig("bounds_forces.svg")
 bounds.plot(figure="loops", frequency=222.0, samples=samples.dataset).savefig("bounds_loops.svg")
 
-# The static picture of the same, with its limit lines.
-plane = ss.force_plane(wedge, ("D.x", "D.y"), ("blade 1", "blade 2"))
-bounds.plot(figure="force_plane", frequency=222.0, plane=plane).savefig("bounds_plane.svg")
-
 # When start states in the middle are likelier than those at the ends: percentiles follow from the law.
 law = stats.beta(2.0, 2.0)
 drawn = ss.response_samples(wedge, frequencies, starts=60, distribution=law, rule="traction_ratio")

@@ -1,7 +1,7 @@
 """A strip under the platforms of neighbouring blades: how heavy must it be? Slip spreads from the gap, or takes all of it."""
 
 import stickslip as ss
-from stickslip.rigs import strip_damper, strip_energy
+from stickslip.rigs import strip_damper
 
 forces = [0.03, 0.3, 1.0, 3.0]
 response = ss.forced_response(strip_damper(pull=600.0), ss.hertz(484, 503), force=forces, harmonics=9, samples=256)
@@ -14,9 +14,3 @@ for pull in (150.0, 600.0, 2400.0):
     print(f"{pull:g} N: {1e6 * peak.amplitude:.0f} µm at {peak.frequency:.1f} Hz, loss factor {peak.loss_factor:.4f}")
     if pull == 600.0:
         amplitude = float(peak.amplitude)
-
-# Energy per cycle over the relative motion of the platforms, of a strip of steel, 30 x 0.3 mm, 8 mm under each platform
-stiffness = 2e11 * 30e-3 * 0.3e-3
-for motion in (0.1e-6, 0.3e-6, 1e-6, 3e-6):
-    energy = strip_energy(motion, pull=600.0, mu=0.3, stiffness=stiffness, overlap=8e-3, gap=1e-3)
-    print(f"platforms {1e6 * motion:.1f} µm apart and back: {1e6 * energy:.2f} µJ")

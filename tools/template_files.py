@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.free_decay import free_decay
-from stickslip.laboratory.measurement.reconstruction import RigErrors, synthetic_record, true_cycle
-from stickslip.laboratory.measurement.records import write_record
+from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
 from stickslip.model.rigs import blade_and_wedge, three_mass_wedge
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
@@ -25,6 +24,7 @@ from stickslip.model.structure.solid import Solid, box_mesh, solid
 from stickslip.support.checks import Array
 from stickslip.support.files import write_arrays, write_text
 from verify.identification import loop_of
+from verify.synthetic_records import synthetic_record, true_cycle, write_record
 
 FOLDER = Path(__file__).parents[1] / "src" / "stickslip" / "study" / "templates" / "beside"
 

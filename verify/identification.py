@@ -17,13 +17,14 @@ from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.laboratory.identification.damper.result import Identification
 from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.contact_record import ContactRecord
-from stickslip.laboratory.measurement.reconstruction import RigErrors, synthetic_record, true_cycle
+from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
 from verify.row import Row, at_most
+from verify.synthetic_records import synthetic_record, true_cycle
 
 TITLE = "From the rig to the parameters"
 ABOUT = (

@@ -89,8 +89,7 @@ from .analyses.sensitivity import Parameter as Parameter, Sensitivity as Sensiti
 
 # Response variability
 from .analyses.variability.bounds import ResponseBounds as ResponseBounds, response_bounds as response_bounds
-from .analyses.variability.freedom import FrictionFreedom as FrictionFreedom, friction_freedom as friction_freedom
-from .analyses.variability.freedom import ResponseHistory as ResponseHistory, response_history as response_history
+from .analyses.variability.history import ResponseHistory as ResponseHistory, response_history as response_history
 from .analyses.variability.samples import ResponseSamples as ResponseSamples, response_samples as response_samples
 
 # Damper performance and design
@@ -121,7 +120,6 @@ from .model.disks.tuned import TunedDisk as TunedDisk
 # The damper alone
 from .analyses.damper_alone.cycle import DamperCycle as DamperCycle, damper_cycle as damper_cycle
 from .analyses.damper_alone.cycle import damper_evolution as damper_evolution, steady_cycles as steady_cycles
-from .analyses.damper_alone.cycle_dataset import force_plane as force_plane
 
 # Measurements and identification
 from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors

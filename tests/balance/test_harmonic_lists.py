@@ -193,7 +193,7 @@ def test_the_mean_is_left_out_only_where_it_is_zero():
     with pytest.raises(ss.InputError, match="must hold 0, the mean, since start states shift it"):
         ss.response_samples(problem(slider), one, starts=2, harmonics=[1, 3])
     with pytest.raises(ss.InputError, match="must hold 0, the mean, since start states shift it"):
-        ss.friction_freedom(problem(slider), one, harmonics=[1, 3])
+        ss.response_history(problem(slider), one, [1.0, 2.0], harmonics=[1, 3])
 
 
 STUDY = """

@@ -123,29 +123,3 @@ def test_without_dash_the_fault_names_the_extra(study, monkeypatch):
     monkeypatch.setattr(builtins, "__import__", absent)
     with pytest.raises(InputError, match=r"pip install 'stickslip\[explore\]'"):
         prepared(study, "token")
-
-
-@pytest.mark.parametrize(
-    ("sent", "words"),
-    [
-        ("{bad", "must be a JSON object"),
-        ("[]", "must be a JSON object"),
-        ("{}", "must name an output of the page"),
-        ('{"output": "x.y", "outputs": {}, "inputs": []}', "must name an output of the page"),
-        ('{"output": "OUTPUT", "inputs": []}', "must list its outputs"),
-        ('{"output": "OUTPUT", "outputs": {}, "inputs": [1, 2, 3, 4, 5, 6, 7, 8]}', "must be those of its output"),
-    ],
-)
-def test_a_malformed_request_is_answered_by_400_in_one_line(study, sent, words):
-    pytest.importorskip("dash")
-    application = prepared(study, "token")[1]
-    output = next(iter(application.callback_map))
-    answer = application.server.test_client().post(
-        "/token/_dash-update-component",
-        data=sent.replace("OUTPUT", output.replace('"', '\\"')),
-        content_type="application/json",
-        base_url="http://127.0.0.1:8000",
-    )
-    assert answer.status_code == 400
-    assert words in answer.text
-    assert answer.text.count("\n") == 1

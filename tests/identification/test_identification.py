@@ -21,8 +21,8 @@ from stickslip.laboratory.identification.damper.work import (
     remarks,
 )
 from stickslip.laboratory.measurement.cycles import LoadRemoval, analysis, whole_cycles
-from stickslip.laboratory.measurement.reconstruction import RigErrors, synthetic_record, true_cycle
-from stickslip.laboratory.measurement.records import Record, write_record
+from stickslip.laboratory.measurement.reconstruction import RigErrors
+from stickslip.laboratory.measurement.records import Record
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.dampers import Cylinder, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion, in_phase, out_of_phase
@@ -37,6 +37,7 @@ from stickslip.study.templates import write_new
 from stickslip.support.checks import InputError
 from stickslip.support.units import UnitSystem
 from verify.identification import NO_ERRORS, with_microslip
+from verify.synthetic_records import synthetic_record, true_cycle, write_record
 
 FRICTION = (0.18, 0.199, 0.45)
 TRUTH = {"kt": 56e6, "kn": 84e6, "mu_L1": 0.18, "mu_L2": 0.199, "mu_R": 0.45}

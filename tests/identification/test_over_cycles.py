@@ -5,10 +5,11 @@ import pytest
 
 from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.cycles import CycleSet, whole_cycles
-from stickslip.laboratory.measurement.reconstruction import RigErrors, synthetic_record, true_cycle
+from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
+from verify.synthetic_records import synthetic_record, true_cycle
 
 MOTIONS = {"out": out_of_phase(30e-6), "in": in_phase(30e-6)}
 LATER = (0.36, 0.33)

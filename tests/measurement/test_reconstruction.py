@@ -5,17 +5,12 @@ import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.laboratory.measurement.cycles import whole_cycles
-from stickslip.laboratory.measurement.reconstruction import (
-    damper_motion,
-    reconstruct,
-    reconstructed,
-    synthetic_record,
-    true_cycle,
-)
-from stickslip.laboratory.measurement.records import Record, read_record, write_record
+from stickslip.laboratory.measurement.reconstruction import damper_motion, reconstruct, reconstructed
+from stickslip.laboratory.measurement.records import Record, read_record
 from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
+from verify.synthetic_records import synthetic_record, true_cycle, write_record
 
 FRICTION = (0.18, 0.199, 0.45)
 RIG = laboratory_damper(37.0, 80.0, FRICTION)

@@ -28,12 +28,8 @@ def history(**wrong: Any) -> Any:
     return ss.response_history(**({"problem": WEDGE, "band": BAND, "force": [1.0], "harmonics": 1, "samples": 16} | wrong))
 
 
-def freedom(**wrong: Any) -> Any:
-    return ss.friction_freedom(**({"problem": WEDGE, "band": [222.0], "harmonics": 1, "samples": 16} | wrong))
-
-
-CASES, SOME, DRAWN = {samples, bounds}, {bounds, freedom}, {samples, bounds}
-ALL = {samples, bounds, history, freedom}
+CASES, DRAWN = {samples, bounds}, {samples, bounds}
+ALL = {samples, bounds, history}
 TEXT, LIST, NONE = "x", [], None
 NO_COUNT = (TEXT, NONE, NAN, INF, 2.5, LIST, [3], True, 1j)
 NO_NUMBER = (TEXT, NAN, INF, -1.0, 0.0)
@@ -50,7 +46,7 @@ WRONG: list[tuple[str, set[Any], tuple[Any, ...]]] = [
     ("seed", DRAWN, (TEXT, NONE, -1, 0.5, 2**63, 10**23, True, LIST)),
     ("rule", DRAWN, (TEXT, LIST, NONE, 3, ["slider_offset"])),
     ("share", DRAWN, (TEXT, LIST, NONE, 3)),
-    ("output", SOME, (*NO_COUNT, "2.y", -1, 9)),
+    ("output", {bounds}, (*NO_COUNT, "2.y", -1, 9)),
     ("quantity", {samples, bounds}, ("speed", 2, None, ["velocity"])),
     ("measure", {samples, bounds}, ("peak", 2, None, ["rms"])),
     ("points", {bounds, history}, (*NO_COUNT, 0, -1, 10**12)),

@@ -168,7 +168,7 @@ def test_info_at_the_command_line(run):
     named = CliRunner().invoke(app, ["info", str(run / "a.npz"), "--variables", "K=KELAST", "--no-damping"])
     assert "rows              2 (M 2, K 2 entries)" in named.output
     unnamed = CliRunner().invoke(app, ["info", str(run / "a.npz"), "--variables", "KELAST"])
-    assert (unnamed.exit_code, "must be LETTER=NAME, such as K=KELAST" in unnamed.output) == (2, True)
+    assert (unnamed.exit_code, "must be NAME=VALUE, such as K=KELAST" in unnamed.output) == (2, True)
     wrong = CliRunner().invoke(app, ["info", str(run / "blade.dat")])
     assert wrong.exit_code == 2
     assert "must be a file ending in" in wrong.output

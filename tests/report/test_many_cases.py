@@ -155,13 +155,13 @@ OF_MANY = {
     "DamperEvolution": rounds,
 }
 OF_ONE = {
-    *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
+    *("NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
     *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance", "DampingByNodalDiameter", "Campbell"),
     *("InterferenceDiagram", "RunUp", "FreeDecay", "MeasuredDecay", "SteppedSine", "DecayPrediction"),
 }
 """Their figures have no axis of cases."""
 DRAWN_ON_EVERY_CHANGE = {"ForcedResponse", "ContactLaw"}
-NOT_DRAWN = {"force_plane", "posterior", "stress", "haigh"}
+NOT_DRAWN = {"posterior", "stress", "haigh"}
 """Of one case, with arguments of their own; of stress, which `test_stress_at_forty_places` draws."""
 
 

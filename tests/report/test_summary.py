@@ -56,9 +56,9 @@ def test_titles_cannot_leave_the_page_of_a_notebook():
 
 
 def test_a_result_without_report_names_what_it_holds():
-    freedom = ss.friction_freedom(ss.rigs.three_mass_wedge(), [222.0], harmonics=1, samples=64)
-    assert "slope (point, element)" in str(freedom)
-    assert "<img" in freedom._repr_html_()
+    history = ss.response_history(ss.rigs.three_mass_wedge(), [222.0], [1.0, 2.0, 1.0], harmonics=1, samples=64)
+    assert "largest_amplitude (run, output)" in str(history)
+    assert "<img" in history._repr_html_()
 
 
 def test_a_figure_is_a_picture_in_a_notebook(response):

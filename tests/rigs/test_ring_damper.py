@@ -6,11 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 
 import stickslip as ss
-from stickslip.model.rigs import ring_damper, ring_energy
-from stickslip.model.rigs.beams import FULL_SLIP
+from stickslip.model.rigs import ring_damper
 from stickslip.support.checks import InputError
 
 N, RADIUS, OFFSET, E, DENSITY, MU, SPEED = 4, 0.25, 6e-3, 2e11, 7850.0, 0.2, 600.0
@@ -19,6 +18,36 @@ FRICTION = MU * DENSITY * AREA * INNER * SPEED**2
 """μp of a light ring, which leaves the motion of the rim harmonic, N/m."""
 ONSET = FRICTION * INNER / (N * E * AREA)
 """Strain of the groove at which it begins to slip."""
+
+
+FULL_SLIP = np.hypot(1.0, 0.5 * np.pi)
+"""Strain over that at which slip begins where, under a travelling wave, the whole ring slips."""
+
+
+def ring_energy(strain: float, waves: int, line_friction: float, stiffness: float, radius: float, wave: str) -> float:
+    """Energy per cycle that a ring under a constant line load dissipates [J], on a groove strained by ε(θ, t), a wave of n.
+
+    strain ε₀: ε = ε₀ cos(nθ − ωt), or ε₀ cos nθ cos ωt of a standing wave; line_friction μp [N/m]; stiffness EA of the ring [N];
+    radius r [m]. Coulomb friction without elasticity of the contact: with k = n/r and a = EA ε₀ k/(μp) the ring sticks up to
+    a = 1. The hoop force N follows EA ε with the slope μp/k at most, and W = (μp/k) Σ ∫ |N/EA − ε| d(ks) over the waves.
+    Travelling wave beyond a = √(1 + π²/4): W = 4 μp (ε₀/k) √(1 − π²/(4a²)) 2πr. Standing wave: slip in |ks − π/2| < β,
+    β/sin β = a, W = 16 n μp (ε₀/k²) (sin β − β cos β − β³/(3a)), and β = π/2 from a = π/2 on.
+    """
+    k = waves / radius
+    a, unit = stiffness * strain * k / line_friction, waves * line_friction * strain / k**2
+    if a <= 1.0:
+        return 0.0
+    if wave == "standing":
+        slipping = a >= 0.5 * np.pi
+        beta = 0.5 * np.pi if slipping else brentq(lambda angle: angle - a * np.sin(angle), 1e-9, 0.5 * np.pi, xtol=1e-15)
+        return float(16.0 * unit * (np.sin(beta) - beta * np.cos(beta) - beta**3 / (3.0 * a)))
+    if a >= FULL_SLIP:
+        return float(8.0 * np.pi * unit * np.sqrt(1.0 - (0.5 * np.pi / a) ** 2))
+    first = np.arcsin(1.0 / a)
+    top, ends = np.cos(first), (np.pi - first, np.pi + first)
+    last = brentq(lambda angle: top - (angle - first) / a - np.cos(angle), *ends, xtol=1e-15)
+    width = last - first
+    return float(4.0 * np.pi * unit * (top * width - width**2 / (2.0 * a) - (np.sin(last) - np.sin(first))))
 
 
 def rigid(a: float, wave: str = "travelling") -> float:
@@ -66,11 +95,6 @@ def test_closed_forms_meet_where_slip_begins_and_where_it_is_complete():
         assert rigid(full * (1 - 1e-9), wave) == pytest.approx(rigid(full * (1 + 1e-9), wave), rel=1e-6)
     assert rigid(1e4) == pytest.approx(4.0, rel=1e-6)
     assert rigid(1e4, "standing") == pytest.approx(8.0 / np.pi, rel=1e-3)
-    with pytest.raises(InputError, match="wave must be"):
-        ring_energy(1e-4, 4, 1.0, 1.0, 1.0, "turning")
-    for n in (0, -4):
-        with pytest.raises(InputError, match="nodal_diameter must be at least 1"):
-            ring_energy(1e-4, n, 1.0, 1.0, 1.0)
 
 
 @cache
@@ -154,7 +178,7 @@ def test_the_rig_dissipates_what_the_ring_on_an_elastic_contact_does(points: int
     energy = response.dataset.dissipated.isel(point=0, contact=0).to_numpy() * points
     expected = [elastic(float(each), ratio) * each * ONSET * FRICTION * 2.0 * np.pi * INNER**2 / N for each in a]
     np.testing.assert_allclose(energy, expected, rtol=tolerance)
-    closed = [ring_energy(each * ONSET, N, FRICTION, E * AREA, INNER) for each in a]
+    closed = [ring_energy(each * ONSET, N, FRICTION, E * AREA, INNER, "travelling") for each in a]
     assert np.all(energy[2:] < closed[2:])
     np.testing.assert_allclose(energy, closed, rtol=0.04 if harmonics > 15 else 0.08)
     assert np.all(np.abs(response.dataset.energy_residual) < 1e-6)

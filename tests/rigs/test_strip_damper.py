@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.model.rigs import strip_damper, strip_energy
+from stickslip.model.rigs import strip_damper
 from stickslip.support.checks import InputError
 
 PULL, MU, OVERLAP, GAP, KT = 600.0, 0.3, 8e-3, 1e-3, 2e9
@@ -16,6 +16,21 @@ MOST = 0.5 * MU * PULL
 FRICTION = MOST / OVERLAP
 WHOLE = MOST * (GAP + OVERLAP) / EA
 """Relative motion of the platforms at which the whole strip slips, without elasticity of the contact, m."""
+
+
+def strip_energy(motion: float, pull: float, mu: float, stiffness: float, overlap: float, gap: float) -> float:
+    """Energy per cycle that a strip dissipates [J] while the two platforms move by D cos ωt relative to each other.
+
+    motion D [m]; pull F_C [N]; mu; stiffness EA of the strip [N]; overlap ℓ, gap g [m]. Coulomb friction q = μ F_C/(2ℓ) per
+    length, without elasticity of the contact and inertia of the strip: where it pulls with F, slip reaches F/q from the gap under
+    either platform, so D = F g/(EA) + F²/(q EA), and by Masing's rule W = 4 F³/(3 q EA). From F = q ℓ on, at
+    D₀ = q ℓ (g + ℓ)/(EA), the whole strip slips, and W grows by 4 q ℓ (D − D₀).
+    """
+    q = mu * pull / (2.0 * overlap)
+    most, half = q * overlap, 0.5 * q * gap
+    F = min(np.sqrt(half**2 + q * stiffness * motion) - half, most)
+    beyond = max(motion - most * (gap + overlap) / stiffness, 0.0)
+    return float(4.0 * F**3 / (3.0 * q * stiffness) + 4.0 * most * beyond)
 
 
 def loop(motion: float, D: np.ndarray, F: np.ndarray) -> float:

@@ -101,7 +101,6 @@ def test_start_states_are_not_varied_where_they_are_forgotten(law):
     for ask in (
         lambda: ss.response_samples(problem, band, starts=3),
         lambda: ss.response_bounds(problem, band),
-        lambda: ss.friction_freedom(problem, band),
     ):
         with pytest.raises(ss.InputError, match="'ground' must have a start state"):
             ask()

@@ -59,6 +59,19 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
     return with_messages
 
 
+def pairs(option: str, given: Sequence[str], example: str) -> dict[str, str]:
+    """Names and values of NAME=VALUE, such as the example."""
+    found = {}
+    for text in given:
+        name, sign, value = text.partition("=")
+        if not sign or not name.strip() or not value.strip():
+            raise fault(option, f"must be NAME=VALUE, such as {example}", text)
+        if name.strip() in found:
+            raise fault(option, f"must give {name.strip()} once", list(given))
+        found[name.strip()] = value.strip()
+    return found
+
+
 def _version(asked: bool) -> None:
     if asked:
         say(f"stickslip {stickslip.__version__}")

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
-from stickslip.cli.app import Number, Text, Texts, claimed, free_folder, guarded
+from stickslip.cli.app import Number, Text, Texts, claimed, free_folder, guarded, pairs
 from stickslip.cli.results import refuse_existing
 from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out_one, finish
 from stickslip.support.checks import InputError, existing, fault, finite, nearest
@@ -67,19 +67,6 @@ def contact_law(
     about = {"title": f"Law of a contact: {files[0].stem}", "analysis": "contact_law"}
     job = study.job(toml_text({"study": about, "contact_law": table}), Path(), "contact law")
     carry_out_one(job, out or Path("results") / files[0].stem, resume, overwrite, figures)
-
-
-def pairs(option: str, given: Sequence[str], example: str) -> dict[str, str]:
-    """Names and values of NAME=VALUE, such as the example."""
-    found = {}
-    for text in given:
-        name, sign, value = text.partition("=")
-        if not sign or not name.strip() or not value.strip():
-            raise fault(option, f"must be NAME=VALUE, such as {example}", text)
-        if name.strip() in found:
-            raise fault(option, f"must give {name.strip()} once", list(given))
-        found[name.strip()] = value.strip()
-    return found
 
 
 @guarded

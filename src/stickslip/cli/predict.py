@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
-from stickslip.cli.app import Text, Texts, guarded
-from stickslip.cli.identification import low_and_high, number, pairs
+from stickslip.cli.app import Text, Texts, guarded, pairs
+from stickslip.cli.identification import low_and_high, number
 from stickslip.cli.studies import Figures, Overwrite, Resume, Workers, carry_out_one, cores
 from stickslip.support.checks import InputError, existing, fault
 from stickslip.support.late import xr

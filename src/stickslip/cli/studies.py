@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer import Argument, Option
 
-from stickslip.cli.app import Text, Texts, claimed, free_folder, guarded, refuse_other_than_folder
+from stickslip.cli.app import Text, Texts, claimed, free_folder, guarded, pairs, refuse_other_than_folder
 from stickslip.cli.results import FIGURES, Json, of_model, of_study, say_json, write_reports
 from stickslip.support.checks import Faults, InputError, counted, fault, listed, positive, unique
 from stickslip.support.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
@@ -394,14 +394,8 @@ def info(
 
     from stickslip.model.readers.describe import describe
     from stickslip.model.readers.read import read_model
-    from stickslip.support.checks import fault
 
-    named = {}
-    for text in variables or ():
-        letter, equals, name = text.partition("=")
-        if not equals:
-            raise fault("--variables", "must be LETTER=NAME, such as K=KELAST", text)
-        named[letter.strip()] = name.strip()
+    named = pairs("--variables", variables or (), "K=KELAST")
     with progress_bar("Model") as report, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the description says the same
         report(0.0, "reading")

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_alone.cycle_dataset import force_plane
 from stickslip.analyses.variability.bounds import response_bounds
-from stickslip.analyses.variability.freedom import friction_freedom, response_history
+from stickslip.analyses.variability.history import response_history
 from stickslip.analyses.variability.samples import response_samples
 from stickslip.model.rigs import three_mass_wedge
-from stickslip.show.plots.time_response import Cycles, contact_forces, force_ratios, loops, paths_in, sample_cycles
+from stickslip.show.plots.time_response import Cycles, contact_forces, force_ratios, loops, sample_cycles
 from stickslip.show.plots.variability import loss_factors, response_cloud, response_percentiles, start_states
 from stickslip.show.report.responses import bounds_table, percentiles_table
 from stickslip.support.checks import InputError
 from stickslip.support.units import hertz
+from verify.force_plane import force_plane, paths_in, plane_chart
 
 
 @pytest.fixture(scope="module")
@@ -59,9 +59,6 @@ def test_history_and_freedom():
     assert history.plot().axes[0].lines
     with pytest.raises(InputError, match="more than once"):
         history.plot(level=2.0)
-    above, below = friction_freedom(three_mass_wedge(), [215.0, 222.0]).plot().axes
-    assert above.get_ylabel() == "mean traction in N"
-    assert below.lines
 
 
 def test_forces_and_loops_with_samples_behind(bounds):
@@ -108,15 +105,14 @@ def test_limit_lines_of_a_wedge():
 
 def test_the_plane_is_drawn(bounds):
     plane = force_plane(three_mass_wedge(), ("D.x", "D.y"), ("blade 1", "blade 2"))
-    axes = bounds.plot(figure="force_plane", plane=plane, case=1, frequency=222.0).axes[0]
-    assert len(axes.lines) == 4 + 4
-    assert axes.get_xlabel() == "tangential force of blade 1 in N"
+    (panel,) = plane_chart(bounds.dataset, plane, 1, 222.0).panels
+    assert len(panel.layers) == 4 + 1 + 4
+    assert panel.x.quantity == "tangential force of blade 1"
 
 
 def test_a_figure_by_its_name(bounds):
     for name in bounds.figures:
-        if name != "force_plane":
-            assert bounds.plot(figure=name).axes
+        assert bounds.plot(figure=name).axes
     with pytest.raises(InputError, match="figure must be a known one"):
         bounds.plot(figure="loop")
 

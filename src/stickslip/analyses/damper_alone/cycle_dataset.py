@@ -1,16 +1,7 @@
-"""Labelled dataset of a steady damper cycle: forces, motion, states, energies and harmonics.
-
-The plane of tangential forces of a damper with two sides, and its limit lines (Yang and Menq, J. Eng. Gas Turbines Power
-120(2), 1998, 410-417).
-
-A damper without mass, held by nothing but two contacts and its pull, is in balance at every moment: its normal forces then follow
-from the tangential ones, and |T_i| = μ_i N_i are four straight lines. Between them both sides stick.
-"""
+"""Labelled dataset of a steady damper cycle: forces, motion, states, energies and harmonics."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -20,11 +11,10 @@ from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.contact.law import Friction, LoadDependentFriction
 from stickslip.model.contact.protocol import OPEN, SLIP_DOWN, SLIP_UP, STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.model.problem import Problem
 from stickslip.results.schema import named
 from stickslip.solve.platforms.cycle import CycleModel, Marching, SteadyCycle
 from stickslip.solve.platforms.march import Record
-from stickslip.support.checks import Array, Index, fault
+from stickslip.support.checks import Array, Index
 from stickslip.support.late import xr
 
 HARMONICS = 15
@@ -243,62 +233,3 @@ def _elements(model: CycleModel) -> list[slice]:
     """The friction elements of each contact."""
     table = model.table
     return [slice(table.friction_first[a], table.friction_first[b]) for a, b in pairwise(table.first_row)]
-
-
-@dataclass(frozen=True, eq=False)
-class ForcePlane:
-    """N = offset + slope T of both sides, (2,) [N] and (2, 2); friction (2,): μ of each; sides: their names."""
-
-    offset: Array
-    slope: Array
-    friction: Array
-    sides: tuple[str, str]
-
-    def normal(self, tangential: Array) -> Array:
-        """Normal forces (..., 2) that balance tangential ones (..., 2)."""
-        return np.asarray(self.offset + tangential @ self.slope.T)
-
-    def limit(self, side: int, sense: int, along: Array) -> Array:
-        """Points (n, 2) of the line T_side = sense μ N, at these forces of the other side [N]."""
-        factor = sense * self.friction[side]
-        own, other = self.slope[side, side], self.slope[side, 1 - side]
-        tangential = factor * (self.offset[side] + other * along) / (1.0 - factor * own)
-        return np.stack([tangential, along] if side == 0 else [along, tangential], axis=-1)
-
-    def corners(self) -> Array:
-        """Where the lines of the two sides cross, (4, 2), in the order round the region of sticking."""
-        found = []
-        for first, second in ((1, 1), (1, -1), (-1, -1), (-1, 1)):
-            factor = np.array([first, second]) * self.friction
-            found.append(np.linalg.solve(np.eye(2) - factor[:, None] * self.slope, factor * self.offset))
-        return np.array(found)
-
-    def inside(self, tangential: Array) -> Array:
-        """Whether forces (..., 2) lie within all lines, to a millionth of the limits."""
-        limits = self.friction * self.normal(tangential)
-        return np.asarray(np.all(np.abs(tangential) <= limits + 1e-6 * np.abs(limits).max(), axis=-1))
-
-
-def force_plane(problem: Problem, damper: Sequence[str], sides: tuple[str, str]) -> ForcePlane:
-    """The plane of a damper: damper: its two degrees of freedom in the plane of motion; sides: the contact, or the points
-    "NAME 1", "NAME 2", ... , on each side. Inertia, moments, other springs and the second tangential direction are left out.
-    """
-    dofs = [problem.structure.index(dof) for dof in damper]
-    if len(dofs) != 2:
-        raise fault("damper", "must name two degrees of freedom", list(damper))
-    pull = problem.load(1)[dofs, 0]
-    contacts = []
-    for side in sides:  # the contact of this name, or the points of a surface of this name
-        named = [c for c in problem.contacts if c.name == side or (c.name.rpartition(" ")[0] == side and c.name[-1].isdigit())]
-        if not named or any(len(c.direction_names) < 2 or c.normal is None for c in named):
-            raise fault("side", "must name contacts with friction and a normal direction", side)
-        contacts.append(named)
-    tangents, normals = (
-        np.array([[group[0].directions[which].get(dof, 0.0) for dof in damper] for group in contacts]).T for which in (0, -1)
-    )
-    for side, group in zip(sides, contacts, strict=True):
-        if group[0].elements.friction[0].bend.size:
-            raise fault(f"mu of {side}", "must be a number, for the limit lines to be straight", "one that depends on the load")
-    inverse = np.linalg.inv(normals)
-    friction = np.array([float(group[0].elements.friction[0].friction[0]) for group in contacts])
-    return ForcePlane(inverse @ pull, -inverse @ tangents, friction, sides)

@@ -4,12 +4,7 @@ Inertia is neglected (0.001 to 0.01 N at 5 Hz), so that the forces of both platf
 Rolling moves the place of the right contact by radius × rotation, micrometres against millimetres, which moments do not feel.
 Source of the motion at the right contact, "pure rolling" dr and "pure translation" ds: Gola and Gastaldi, ASME GT2014-25240.
 
-Measurement errors of a damper rig, for synthetic records, reconstruction and fits.
-
-Synthetic measurements: a damper's cycle by Newton's method in fine steps, then the errors of a rig.
-
-For trying an identification before trusting it: the identification computes its cycles by another scheme
-(`platforms.relaxation`), and the truth may follow another law than the one that is fitted.
+Measurement errors of a damper rig, for reconstruction and fits.
 """
 
 from __future__ import annotations
@@ -20,11 +15,9 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from stickslip.laboratory.measurement.cycles import CycleSet, synthesis
-from stickslip.laboratory.measurement.records import Record
-from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.results.schema import named
-from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
-from stickslip.support.checks import Array, fault, not_negative, positive
+from stickslip.support.checks import Array, not_negative, positive
 from stickslip.support.late import xr
 
 SIGNALS = ("force_x", "force_y", "rotation", "damper_y")
@@ -228,55 +221,3 @@ def _signals(cycles: CycleSet, table: Array, drawn: dict[str, tuple[float, float
     if drawn is None:
         return found
     return {name: distorted(values, drawn[name]) if name in SIGNALS else values for name, values in found.items()}
-
-
-STEPS = 2000
-"""Steps of a cycle of the truth."""
-
-
-def true_cycle(rig: BetweenPlatforms, motion: PlatformMotion, steps: int = STEPS) -> dict[str, Array]:
-    """The signals of one steady cycle without errors, {channel: (steps,)}, SI. Any law of the damper."""
-    model, platform = CycleModel.of(rig), motion.samples(steps)
-    march = steady_cycle(model, platform)
-    if march.outcome != CycleOutcome.STEADY:
-        raise fault("The damper's cycle", "must become steady", march.outcome.name.lower(), "Take more steps or another motion.")
-    forces, moved = -march.record.force @ model.right, march.record.motion
-    values = (platform[:, 0], platform[:, 1], forces[:, 0], forces[:, 1], moved[:, 2], moved[:, 1])
-    return dict(zip(("platform_x", "platform_y", "force_x", "force_y", "rotation", "damper_y"), values, strict=True))
-
-
-def synthetic_record(
-    truth: dict[str, Array],
-    errors: RigErrors | None = None,
-    *,
-    seed: int = 0,
-    systematic: dict[str, tuple[float, float, float]] | None = None,
-    cycles: int = 20,
-    samples: int = 400,
-    frequency: float = 5.0,
-    laser_distance: float = 14e-3,
-    lag: float = 0.0,
-    name: str = "synthetic",
-) -> Record:
-    """A record of so many cycles from one true cycle (`true_cycle`), with the errors of the rig.
-
-    systematic: errors drawn before (`RigErrors.draw`), to give several records the same gains of their cells; zeros are drawn
-    anew for each record. laser_distance [m]: between the two lasers that see the rotation. lag [s]: by which all forces are
-    recorded later than all motions.
-    """
-    errors = RigErrors() if errors is None else errors
-    generator = np.random.default_rng(seed)
-    fresh = errors.draw(generator)
-    drawn = fresh if systematic is None else {key: (*systematic[key][:2], fresh[key][2]) for key in fresh}
-    count = int(positive("cycles", cycles)) * samples
-    phase = (np.arange(count) / samples) % 1.0
-    signals: dict[str, Array] = {}
-    for key, values in truth.items():
-        shown = distorted(values, drawn[key]) if key in drawn else values
-        place = (phase - lag * frequency) % 1.0 if key.startswith("force") else phase
-        repeated = np.interp(place, np.arange(values.size + 1) / values.size, np.append(shown, shown[0]))
-        noise = errors.laser_noise * (np.sqrt(2.0) / laser_distance if key == "rotation" else 1.0)
-        if key.startswith("force"):
-            noise = errors.force_noise
-        signals[key] = repeated + noise * generator.standard_normal(count)
-    return Record(np.arange(count) / (samples * positive("frequency", frequency)), signals, name)

@@ -15,7 +15,6 @@ import numpy as np
 
 from stickslip.laboratory.measurement.number_table import bare, text_table, to_si
 from stickslip.support.checks import Array, InputError, fault, nearest
-from stickslip.support.files import write_text
 
 BLADE_CELLS = ("left_outward", "left_upward", "right_outward", "right_upward")
 """The load cells behind the dampers of the blade rig, two each."""
@@ -159,13 +158,3 @@ def read_columns(
     if "time" not in found:
         raise fault(f"Columns of {path.name}", "must hold time", list(table.titles), "Name it `time [s]`.")
     return found.pop("time"), found, tuple(warnings)
-
-
-def write_record(record: Record, path: str | Path) -> Path:
-    """Write a record as the table that `read_record` reads, in s, um, N and rad."""
-    shown = {"time [s]": record.time}
-    for name, values in record.signals.items():
-        metres = QUANTITIES[name] == "m"
-        shown[f"{name} [{'um' if metres else QUANTITIES[name]}]"] = values * (1e6 if metres else 1.0)
-    rows = [",".join(f"{value:.8g}" for value in row) for row in np.stack(list(shown.values()), axis=1)]
-    return write_text(path, "\n".join([",".join(shown), *rows]) + "\n")

@@ -6,7 +6,7 @@ Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
 from collections.abc import Callable
 
 from stickslip.model.problem import Problem
-from stickslip.model.rigs.beams import blade_root, ring_damper, ring_energy, shrouded_blades
+from stickslip.model.rigs.beams import blade_root, ring_damper, shrouded_blades
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.model.rigs.lumped import (
     blade_and_wedge,
@@ -17,7 +17,6 @@ from stickslip.model.rigs.lumped import (
     lumped_blisk,
     single_mass,
     strip_damper,
-    strip_energy,
     three_mass_wedge,
 )
 from stickslip.model.rigs.octopus_blisk import octopus_blisk
@@ -60,13 +59,11 @@ __all__ = [
     "lumped_blisk",
     "octopus_blisk",
     "ring_damper",
-    "ring_energy",
     "shrouded_blades",
     "single_blade",
     "single_blade_stress",
     "single_mass",
     "strip_damper",
-    "strip_energy",
     "three_mass_wedge",
     "two_semi_cylinders",
 ]

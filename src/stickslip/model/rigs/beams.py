@@ -3,7 +3,7 @@
 A split ring in a groove inside the rim of a labyrinth seal, gear or bladed disk: it slides between the nodes of a wave.
 
 The rim bends in its plane and strains the groove, which lies off its neutral axis; friction drags the ring along. Sectors are the
-contact points around the rim. `ring_energy` is the closed form of the continuous ring.
+contact points around the rim.
 
 Blades with interlocking shrouds: oblique faces between neighbours, pressed together as centrifugal load untwists them.
 
@@ -11,11 +11,9 @@ The straight Euler-Bernoulli beam element of rigs that are made of beams, and cl
 """
 
 from collections.abc import Mapping
-from math import asin, cos, hypot, pi, radians, sin, sqrt
-from typing import Literal
+from math import cos, pi, radians, sin
 
 import numpy as np
-import scipy
 
 from stickslip.model.contact.law import Friction
 from stickslip.model.contact.macroslip import Macroslip
@@ -168,8 +166,6 @@ PIN = 1e9
 """Spring per length of the ring on its mean slip, N/m²: the pin that keeps the ring from turning in its groove. With `kn` the
 normal load goes with the wave, which drags the ring along: on a soft pin it turns by many times the slip of the vibration.
 """
-FULL_SLIP = hypot(1.0, 0.5 * pi)
-"""Strain over that at which slip begins where, under a travelling wave, the whole ring slips."""
 
 
 def ring_damper(
@@ -256,45 +252,6 @@ def _together(rim: CyclicStructure, ring: CyclicStructure, web: float, damping: 
     return cyclic(rim.sectors, dofs, masses, stiffnesses, dampings)
 
 
-def ring_energy(
-    strain: float,
-    nodal_diameter: int,
-    line_friction: float,
-    stiffness: float,
-    radius: float,
-    wave: Literal["travelling", "standing"] = "travelling",
-) -> float:
-    """Energy per cycle that a ring under a constant line load dissipates [J], on a groove strained by ε(θ, t), a wave of n.
-
-    strain ε₀: ε = ε₀ cos(nθ − ωt), or ε₀ cos nθ cos ωt of a standing wave; line_friction μp [N/m]; stiffness EA of the ring [N];
-    radius r [m]. Coulomb friction without elasticity of the contact: with k = n/r and a = EA ε₀ k/(μp) the ring sticks up to
-    a = 1. The hoop force N follows EA ε with the slope μp/k at most, and W = (μp/k) Σ ∫ |N/EA − ε| d(ks) over the waves.
-    Travelling wave beyond a = √(1 + π²/4): W = 4 μp (ε₀/k) √(1 − π²/(4a²)) 2πr. Standing wave: slip in |ks − π/2| < β,
-    β/sin β = a, W = 16 n μp (ε₀/k²) (sin β − β cos β − β³/(3a)), and β = π/2 from a = π/2 on.
-    """
-    k = between("nodal_diameter", nodal_diameter, 1) / positive("radius", radius)
-    limit = positive("line_friction", line_friction)
-    a = positive("stiffness", stiffness) * not_negative("strain", strain) * k / limit
-    if wave not in ("travelling", "standing"):
-        raise fault("wave", 'must be "travelling" or "standing"', wave)
-    unit = nodal_diameter * limit * strain / k**2
-    if a <= 1.0:
-        return 0.0
-    if wave == "standing":
-        beta = 0.5 * pi
-        if a < 0.5 * pi:
-            beta = float(scipy.optimize.brentq(lambda angle: angle - a * sin(angle), 1e-9, 0.5 * pi, xtol=1e-15))
-        return 16.0 * unit * (sin(beta) - beta * cos(beta) - beta**3 / (3.0 * a))
-    if a >= FULL_SLIP:
-        return 8.0 * pi * unit * sqrt(1.0 - (0.5 * pi / a) ** 2)
-    first = asin(1.0 / a)
-    top = cos(first)
-    last = float(scipy.optimize.brentq(lambda angle: top - (angle - first) / a - cos(angle), pi - first, pi + first, xtol=1e-15))
-    width = last - first
-    return 4.0 * pi * unit * (top * width - width**2 / (2.0 * a) - (sin(last) - sin(first)))
-
-
-"""Along a blade."""
 FLAP, EDGE, TWIST = (0, 1), (2, 3), 4
 """Degrees of freedom of a node: displacement and slope across the thickness and along the chord, rotation about the radius."""
 NAMES = ("flap", "rflap", "edge", "redge", "twist")

@@ -11,11 +11,11 @@ One mode of a jointed structure, such as a bolted beam, with a joint by Segalman
 One blade mode with a wedge damper between its platform and a fixed one: the smallest rig for damper design.
 
 A thin strip under the platforms of neighbouring blades, a seal or damper: slip spreads from the gap along it. Each sector is a
-blade with the strip that lies under its platform and the next one's. `strip_energy` is the closed form of the continuous strip.
+blade with the strip that lies under its platform and the next one's.
 """
 
 from collections.abc import Sequence
-from math import cos, radians, sin, sqrt
+from math import cos, radians, sin
 from typing import Literal
 
 import numpy as np
@@ -359,18 +359,3 @@ def strip_damper(
     pin = Spring({strip[points - 1]: 0.5, strip[points]: 0.5}, PIN)
     title = f"Strip dampers, {pull:g} N"
     return TunedDisk(disk, contacts, (Force("tip.t", force),), ("tip.t",), title, (pin,), engine_order)
-
-
-def strip_energy(motion: float, pull: float, mu: float, stiffness: float, overlap: float, gap: float) -> float:
-    """Energy per cycle that a strip dissipates [J] while the two platforms move by D cos ωt relative to each other.
-
-    motion D [m]; pull F_C [N]; mu; stiffness EA of the strip [N]; overlap ℓ, gap g [m]. Coulomb friction q = μ F_C/(2ℓ) per
-    length, without elasticity of the contact and inertia of the strip: where it pulls with F, slip reaches F/q from the gap under
-    either platform, so D = F g/(EA) + F²/(q EA), and by Masing's rule W = 4 F³/(3 q EA). From F = q ℓ on, at
-    D₀ = q ℓ (g + ℓ)/(EA), the whole strip slips, and W grows by 4 q ℓ (D − D₀).
-    """
-    q = positive("mu", mu) * positive("pull", pull) / (2.0 * positive("overlap", overlap))
-    EA, D, most = positive("stiffness", stiffness), not_negative("motion", motion), q * overlap
-    half = 0.5 * q * not_negative("gap", gap)
-    F = min(sqrt(half**2 + q * EA * D) - half, most)
-    return 4.0 * F**3 / (3.0 * q * EA) + 4.0 * most * max(D - most * (gap + overlap) / EA, 0.0)

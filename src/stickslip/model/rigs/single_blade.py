@@ -13,7 +13,7 @@ side on the blade, round side on a fixed platform, pulled (by wires, as there) m
 carry the same load; contact stiffness after the published values of the same laboratory.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import hypot, pi
 from typing import Any
@@ -22,14 +22,14 @@ import numpy as np
 
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.point import Contact, Motion, Start, ground, node
+from stickslip.model.contact.point import Contact, Start, ground, node
 from stickslip.model.contact.stiffness import static_normal_load
 from stickslip.model.dampers.cylinder import FlatCylinder
 from stickslip.model.dampers.damper import Damper
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.model.rigs.platform_blade import ForceSeparator, Place, PlatformBlade, Separator, reduced_blade
-from stickslip.model.structure.assembly import Spring, assemble
+from stickslip.model.rigs.platform_blade import Place, PlatformBlade, reduced_blade
+from stickslip.model.structure.assembly import assemble
 from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.model.structure.solid import STEEL
 from stickslip.model.structure.stress import StressRecovery, stress_recovery
@@ -38,11 +38,6 @@ from stickslip.support.units import STANDARD_GRAVITY, N_per_um
 
 ELEMENTS_PER_POINT = 5
 """Macroslip elements in parallel at each point of the cylinder line."""
-ARMATURE = "shaker/armature.x"
-"""The moving mass of a shaker that pushes through a stinger."""
-
-Support = Callable[[Place], Motion]
-"""What a cylinder line presses against: the motion of each of its points."""
 
 
 @dataclass(frozen=True)
@@ -91,11 +86,6 @@ def single_blade(
     modes: int = 150,
     flat_points: int = 5,
     cylinder_elements: int = ELEMENTS_PER_POINT,
-    separators: bool = False,
-    separator_mass: float = 0.3,
-    cell_stiffness: float = 500 * N_per_um,
-    stinger_stiffness: float | None = None,
-    stinger_mass: float = 0.2,
     start: Start | None = None,
 ) -> Problem:
     """The blade, clamped at its root, with a damper under each side of its platform; output is the lateral motion of the tip.
@@ -105,11 +95,8 @@ def single_blade(
     gap_factor g: the gaps of the five elements at a cylinder point reach 2 g N̄/kn; damping: ratio of every stuck mode;
     force: amplitude at (t/2, 39 mm, 0) along x [N]; platform_angle [degrees]; length of the blade [m]; damper_mass [kg];
     centre_offset, cylinder_offset: x from pad middle to mass centre and cylinder line [m]; modes: fixed-interface modes
-    kept; flat_points: 4, 5, 9 or 15 on each flat; cylinder_elements: in parallel at a point, 1 for macroslip;
-    separators: the cylinder sides press against separators on load cells (`platform_blade.py`) of separator_mass [kg] and
-    cell_stiffness [N/m], five bodies in all, instead of a rigid support; stinger_stiffness [N/m]: the force acts on a mass of
-    stinger_mass [kg] that pushes the blade through this spring, instead of on the blade; start: one start rule for all contacts
-    (virgin unless given).
+    kept; flat_points: 4, 5, 9 or 15 on each flat; cylinder_elements: in parallel at a point, 1 for macroslip; start: one start
+    rule for all contacts (virgin unless given).
     """
     names = ("flat_kt", "flat_kn", "flat_mu", "cylinder_kt", "cylinder_kn", "cylinder_mu")
     values = (flat_kt, flat_kn, flat_mu, cylinder_kt, cylinder_kn, cylinder_mu)
@@ -117,18 +104,10 @@ def single_blade(
     blade, pull = PlatformBlade(length=length, platform_angle=platform_angle), preload_mass * STANDARD_GRAVITY
     offsets = {"centre_offset": centre_offset, "cylinder_offset": cylinder_offset}
     dampers = placed_dampers(blade, damper_shape(blade, **offsets, mass=damper_mass, flat_points=flat_points), pull)
-    separator = ForceSeparator(mass=separator_mass, cell_stiffness=cell_stiffness)
-    behind: list[Separator] = []
-    for damper in dampers if separators else ():
-        middle, side = np.asarray(damper.surface("cylinder").points).mean(axis=0), -1 if damper.label == "left" else 1
-        behind.append(separator.placed(f"separator_{damper.label}", middle, side, platform_angle))
     largest_gap = 2.0 * gap_factor * static_normal_load(pull, platform_angle) / parameters.cylinder_kn
-    contacts = all_contacts(dampers, parameters, largest_gap, start, cylinder_elements, behind)
-    structure, pushed = assembled(blade, dampers, modes, behind), "blade/force.x"
-    if stinger_stiffness is not None:
-        structure, pushed = with_stinger(structure, stinger_stiffness, stinger_mass), ARMATURE
+    contacts = all_contacts(dampers, parameters, largest_gap, start, cylinder_elements)
     title = f"Single blade with two dampers, {preload_mass:g} kg"
-    return rig_problem(structure.with_damping(ModalDamping(damping, on="stuck")), contacts, dampers, Force(pushed, force), title)
+    return rig_problem(assembled(blade, dampers, modes), damping, contacts, dampers, force, title)
 
 
 def single_blade_stress(
@@ -186,32 +165,19 @@ def pads(damper: Damper) -> tuple[tuple[str, Place], ...]:
     return tuple((f"{damper.label}_pad_{i}", (float(x), float(y), float(z))) for i, (x, y, z) in enumerate(points, start=1))
 
 
-def rigid(point: Place) -> Motion:
-    """The motion of a rigid support: none."""
-    return ground
-
-
-def assembled(blade: PlatformBlade, dampers: Sequence[Damper], modes: int, behind: Sequence[Separator] = (), /) -> Structure:
-    """Reduced blade, dampers and the separators behind them on their load cells."""
+def assembled(blade: PlatformBlade, dampers: Sequence[Damper], modes: int) -> Structure:
+    """Reduced blade and dampers."""
     reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
-    bodies = {"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers}
-    bodies |= {part.name: part.structure for part in behind}
-    return assemble(bodies, [cell for part in behind for cell in part.cells()])
+    return assemble({"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers})
 
 
 def rig_problem(
-    structure: Structure, contacts: Sequence[Contact], dampers: Sequence[Damper], shaker: Force, title: str
+    structure: Structure, damping: float, contacts: Sequence[Contact], dampers: Sequence[Damper], force: float, title: str
 ) -> Problem:
-    """The rig under its shaker and the pull of its dampers; output is the lateral motion of the tip."""
-    forces = (replace(shaker, name="shaker"), *(load for damper in dampers for load in damper.forces()))
-    return Problem(structure, tuple(contacts), forces, ("blade/tip.x",), title)
-
-
-def with_stinger(structure: Structure, stiffness: float, mass: float) -> Structure:
-    """The structure with the moving mass [kg] of a shaker, which pushes the blade through a spring [N/m]."""
-    armature = Structure(np.array([[positive("stinger_mass", mass)]]), np.zeros((1, 1)), (ARMATURE.partition("/")[2],))
-    stinger = Spring({ARMATURE: 1.0, "blade/force.x": -1.0}, positive("stinger_stiffness", stiffness))
-    return assemble({"": structure, "shaker": armature}, [stinger])
+    """The rig under its shaker and the pull of its dampers, every stuck mode damped; output is the lateral motion of the tip."""
+    forces = (Force("blade/force.x", force, name="shaker"), *(load for damper in dampers for load in damper.forces()))
+    damped = structure.with_damping(ModalDamping(damping, on="stuck"))
+    return Problem(damped, tuple(contacts), forces, ("blade/tip.x",), title)
 
 
 def all_contacts(
@@ -220,27 +186,9 @@ def all_contacts(
     largest_gap: float,
     start: Start | None = None,
     cylinder_elements: int = ELEMENTS_PER_POINT,
-    behind: Sequence[Separator] = (),
 ) -> tuple[Contact, ...]:
-    """`damper_contacts` of every damper, in front of its separator where there are any."""
-    supports: Sequence[Support] = [part.at for part in behind] or [rigid] * len(dampers)
-    return tuple(
-        contact
-        for damper, support in zip(dampers, supports, strict=True)
-        for contact in damper_contacts(damper, parameters, largest_gap, start, cylinder_elements, support)
-    )
-
-
-def damper_contacts(
-    damper: Damper,
-    parameters: ContactParameters,
-    largest_gap: float,
-    start: Start | None = None,
-    cylinder_elements: int = ELEMENTS_PER_POINT,
-    support: Support = rigid,
-) -> tuple[Contact, ...]:
-    """Macroslip at the points of the flat against the blade; at the cylinder line, against its support, microslip arrays of so
-    many elements, or macroslip for one.
+    """Of every damper macroslip at the points of the flat against the blade; at the cylinder line, against a rigid support,
+    microslip arrays of so many elements, or macroslip for one.
     """
     p = parameters
 
@@ -253,9 +201,11 @@ def damper_contacts(
             return Macroslip(kt, p.cylinder_mu, kn)
         return MicroslipArray.from_totals(kt, kn, p.cylinder_mu, largest_gap, cylinder_elements)
 
-    opposite = [node(f"blade/{name}") for name, _ in pads(damper)]
-    behind = [support((float(x), float(y), float(z))) for x, y, z in np.asarray(damper.surface("cylinder").points)]
-    return (*damper.contacts("flat", flat, opposite, start), *damper.contacts("cylinder", cylinder, behind, start))
+    found: list[Contact] = []
+    for damper in dampers:
+        opposite = [node(f"blade/{name}") for name, _ in pads(damper)]
+        found += damper.contacts("flat", flat, opposite, start) + damper.contacts("cylinder", cylinder, ground, start)
+    return tuple(found)
 
 
 DRY, OILED = 0.5, 0.2
@@ -297,9 +247,8 @@ def two_semi_cylinders(
     load = static_normal_load(positive("pull", pull), platform_angle)
     parameters, dampers = contact_stiffness(load, friction, stiffness_factor), placed_dampers(blade, shape, pull)
     contacts = all_contacts(dampers, parameters, 2.0 * gap_factor * load / parameters.cylinder_kn, start)
-    structure = assembled(blade, dampers, modes).with_damping(ModalDamping(damping, on="stuck"))
     title = f"Blade with two semi-cylinders, {pull:g} N, friction {friction:g}"
-    return rig_problem(structure, contacts, dampers, Force("blade/force.x", force), title)
+    return rig_problem(assembled(blade, dampers, modes), damping, contacts, dampers, force, title)
 
 
 def contact_stiffness(load: float, friction: float, factor: float = 1.0) -> ContactParameters:

@@ -425,7 +425,6 @@ def prepared(path: Path, token: str) -> tuple[Solver, Any]:
     solver = Solver.of(path)
     app = application(solver, token)
     app.server.before_request(_refuse_other_names)
-    app.server.before_request(partial(_refuse_malformed, app))
     app.server.add_url_rule(f"/{token}/doing/<tab>", "doing", partial(_doing, solver))
     app.server.add_url_rule(f"/{token}/stop/<tab>/<int:version>", "stop", partial(_stop, solver), methods=["POST"])
     return solver, app
@@ -449,39 +448,6 @@ def _refuse_other_names() -> Any:
 
     if request.host.rpartition(":")[0] not in (HOST, "localhost"):
         abort(403)
-
-
-def _refuse_malformed(application: Any) -> Any:
-    """A request that the page itself never sends is answered by 400 and one line, not by an error of the server."""
-    from flask import Response, request
-
-    # By this path the page asks for new figures.
-    if request.method != "POST" or not request.path.endswith("/_dash-update-component"):
-        return None
-    body = request.get_json(silent=True)
-    if not isinstance(body, dict):
-        return Response("The request must be a JSON object.\n", 400, mimetype="text/plain")
-    known = application.callback_map.get(str(body.get("output")))
-    if known is None:
-        return Response("The request must name an output of the page.\n", 400, mimetype="text/plain")
-    if not isinstance(body.get("outputs"), dict | list):
-        return Response("The request must list its outputs.\n", 400, mimetype="text/plain")
-    for part in ("inputs", "state"):
-        given = body.get(part, [])
-        if not isinstance(given, list) or len(given) != len(known[part]) or not all(map(_is_named, given, known[part])):
-            return Response(f"The {part} of the request must be those of its output.\n", 400, mimetype="text/plain")
-    return None
-
-
-def _is_named(given: Any, expected: dict[str, Any]) -> bool:
-    """Whether an entry of a request is the component that a callback takes; of a pattern, a list of components or one of them."""
-    if not expected["id"].startswith("{"):
-        return isinstance(given, dict) and (given.get("id"), given.get("property")) == (expected["id"], expected["property"])
-    entries = given if isinstance(given, list) else [given]
-    return all(
-        isinstance(entry, dict) and isinstance(entry.get("id"), dict) and entry.get("property") == expected["property"]
-        for entry in entries
-    )
 
 
 def _free(port: int) -> int:

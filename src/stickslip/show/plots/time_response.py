@@ -1,7 +1,6 @@
 """Motions in time: the last period of an integration, stepped sines, a response before and after other cycles, free decays.
 
-Contact motion and forces over a cycle, from bounds, samples or histories, per contact or summed over a surface; and the plane
-of tangential forces of a damper: static limit lines, and the paths of the forces at both bounds.
+Contact motion and forces over a cycle, from bounds, samples or histories, per contact or summed over a surface.
 """
 
 from __future__ import annotations
@@ -11,9 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.analyses.damper_alone.cycle_dataset import ForcePlane
 from stickslip.results.view import shown_unit, unit_for
-from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, band, closed
+from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, band, closed
 from stickslip.show.plots.look import LOWER, SAMPLE, UPPER, Dash, Style, contact, entries, level, level_lines
 from stickslip.show.plots.response_curves import HERTZ
 from stickslip.support.checks import Array, Index, fault, nearest
@@ -186,49 +184,6 @@ def _labels(dataset: xr.Dataset, case: int, frequency: float | None) -> list[str
     k = 0 if frequency is None else int(np.nanargmin(np.abs(dataset["frequency"].values - frequency)))
     at = dataset["resonance"].values[case, :, k]
     return [f"{word} bound, {hertz:.1f} Hz" for (word, _), hertz in zip(BOUNDS, at, strict=True)]
-
-
-SLIPPING = 1.0 - 1e-6
-"""Share of its own limit μN at which a side slips."""
-
-
-@FIGURES.of("ResponseBounds", "force_plane")
-def force_plane(
-    dataset: xr.Dataset, plane: ForcePlane, case: int = 0, frequency: float | None = None, summed: bool = False
-) -> Chart:
-    """T of one side of a damper against T of the other at both bounds; dots: where a side slips; grey: the limit lines.
-
-    Slip off the lines and forces beyond them are what the static picture leaves out: inertia, other springs, rotation, lift-off.
-    """
-    cycles = bound_cycles(dataset, case, frequency, summed)
-    paths = paths_in(cycles, plane)
-    reach = 1.15 * max(float(np.abs(paths).max()), float(np.abs(plane.corners()).max()))
-    layers: list[Layer] = []
-    for side, sense in ((0, -1), (0, 1), (1, -1), (1, 1)):
-        x, y = plane.limit(side, sense, np.array([-reach, reach])).T
-        layers.append(Line(x, y, Style("grey", width=0.9), "a side slips, statically"))
-    x, y = plane.corners().T
-    layers.append(Area(x, y, Style("grey", opacity=0.12), "both stick, statically"))
-    for k, (word, style) in enumerate(BOUNDS):
-        path, label = paths[k], f"{word} bound"
-        layers.append(Line(closed(path[:, 0]), closed(path[:, 1]), style, label))
-        slipping, dots = path[slips(cycles, plane, k)], replace(style, dash="none", marker="circle")
-        layers.append(Line(slipping[:, 0], slipping[:, 1], dots, label, listed=False))
-    left, right = (Axis(f"tangential force of {side}", "N", limits=(-reach, reach)) for side in plane.sides)
-    title = f"Tangential forces of both sides, force {float(dataset['force_level'][case]):g}"
-    return Chart(title, [Panel(left, right, layers, height=4.0, equal=True)])
-
-
-def paths_in(cycles: Cycles, plane: ForcePlane) -> Array:
-    """Tangential forces of both sides over the period, (curve, sample, 2)."""
-    return np.stack([cycles.force[:, cycles.row(f"{side} t1")] for side in plane.sides], axis=-1)
-
-
-def slips(cycles: Cycles, plane: ForcePlane, curve: int) -> Array:
-    """Where a side of a curve has reached its own limit μN, (sample,)."""
-    loads = np.stack([cycles.force[curve, cycles.row(f"{side} n")] for side in plane.sides], axis=-1)
-    reached = np.abs(paths_in(cycles, plane)[curve]) >= SLIPPING * plane.friction * loads
-    return np.asarray(np.any(reached, axis=-1))
 
 
 MOST_LOOPS = 7

@@ -1,5 +1,4 @@
-"""Variability of responses over the start states and parameters: samples and percentiles, bounds, intervals of mean traction,
-sensitivity indices."""
+"""Variability of responses over the start states and parameters: samples and percentiles, bounds, sensitivity indices."""
 
 from __future__ import annotations
 
@@ -155,30 +154,6 @@ def start_states(dataset: xr.Dataset, case: int = 0) -> Chart:
         axis = Axis("start variable", limits=(-0.5, rows - 0.5), upside_down=True)
         panels.append(Panel(HERTZ, axis, [cells, *keys], f"{word} bound", 1.9))
     return Chart(f"Start states of the bounds, {force_text(dataset, case)}", panels, shared_x=True)
-
-
-MOST_ROWS = 6
-
-
-@FIGURES.of("FrictionFreedom")
-def freedom(dataset: xr.Dataset) -> Chart:
-    """Above: admissible mean traction of the rows that carry most, summed over their elements; below: what they carry."""
-    names = np.asarray(dataset["element_row"].values)
-    rows = list(dict.fromkeys(names.tolist()))
-    hertz, relative = dataset["frequency"].values, np.abs(dataset["carried"].values) / dataset["amplitude"].values[:, None]
-    carried = {row: relative[:, names == row].sum(axis=1) for row in rows}
-    above: list[Layer] = []
-    below: list[Layer] = []
-    for k, row in enumerate(sorted(rows, key=lambda row: -float(carried[row].max()))[:MOST_ROWS]):
-        low, mean, high = (dataset[end].values[:, names == row].sum(axis=1) for end in ("low", "mean", "high"))
-        above += [band(hertz, low, high, look.contact(k, opacity=0.18), row)]
-        above += [Line(hertz, mean, look.contact(k), row, {"lowest in N": low, "highest in N": high}, listed=False)]
-        below += [Line(hertz, 100.0 * carried[row], look.contact(k), row)]
-    panels = [
-        Panel(HERTZ, Axis("mean traction", "N"), above, "Mean traction and its admissible interval", 2.6),
-        Panel(HERTZ, Axis("change of the amplitude", "%"), below, "What the slider alone could change, to first order", 2.6),
-    ]
-    return Chart("Freedom of the friction forces", panels, shared_x=True)
 
 
 @FIGURES.of("SensitivityIndices")
