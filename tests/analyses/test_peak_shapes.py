@@ -150,3 +150,21 @@ def test_performance_curves_and_start_states_know_what_their_shapes_leave(whole,
     error = (right.amplitude / few.amplitude - 1.0).values.ravel()
     assert np.abs(error).max() > 1e-5
     assert few.modal_error.values.ravel() == pytest.approx(error, rel=0.1, abs=2e-7)
+
+
+def test_curves_are_solved_again_with_the_shapes_of_their_own_forces(monkeypatch):
+    """Where the first solutions have none, and an error of a thousandth is not allowed: 30 times as stiff contacts."""
+    monkeypatch.setattr("stickslip.analyses.forced_response.ALLOWED", 1e-3)
+    structure, contacts, *others = parts()
+    stiff = [replace(each, law=replace(each.law, kt=30.0 * each.law.kt, kn=30.0 * each.law.kn)) for each in contacts]
+    problem = meshed_problem(structure, stiff, *others, modes_to=4.0 * MODES_TO)
+    monkeypatch.setattr(ForcedResponseWork, "with_shapes", lambda work, progress: work)
+    settled = ss.forced_response(problem, BAND, LEVELS[2:], harmonics=3, samples=128)
+    monkeypatch.setattr(ForcedResponseWork, "settled", lambda work, curves, *others: (work, curves))
+    first = ss.forced_response(problem, BAND, LEVELS[2:], harmonics=3, samples=128)
+    errors = [float(each.dataset.modal_error[0, 0]) for each in (first, settled)]
+    heights = [float(each.dataset.peak_amplitude.max()) for each in (first, settled)]
+    assert abs(errors[0]) > 1e-3
+    assert abs(errors[1]) < 0.1 * abs(errors[0])
+    assert heights[1] / heights[0] - 1.0 == pytest.approx(errors[0], rel=0.1)
+    assert settled.dataset.attrs["coordinates"] > first.dataset.attrs["coordinates"]

@@ -26,7 +26,7 @@ from stickslip.analyses.isolated import Isolated, searched, sought_unasked, take
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
-from stickslip.analyses.peak_shapes import SETTLED, own_shapes_error, with_loaded_harmonics, with_shapes_of_peaks
+from stickslip.analyses.peak_shapes import SETTLED, own_shapes_error, scaled, with_loaded_harmonics, with_shapes_of_peaks
 from stickslip.analyses.reached import reached, with_reached
 from stickslip.analyses.response_dataset import (
     ContactRows,
@@ -58,6 +58,7 @@ from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
     ALL_MODES,
     ALL_NODES,
+    ALLOWED,
     OWN_FORCES,
     POINT_ERROR,
     SAMPLING_ERROR,
@@ -75,16 +76,18 @@ from stickslip.analyses.truncation import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
+from stickslip.model.problem.meshed import with_forces
 from stickslip.model.problem.speed import over_periods
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass
+from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
 from stickslip.results.schema import CurveKind, Result, kinds_in, with_kinds
-from stickslip.results.view import measure_in, nearest_point, periods_of
+from stickslip.results.view import measure_in, nearest_point, periods_of, sizes
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, CaseStopped, Progress, Report
+from stickslip.runs.work import Arrays, CaseStopped, Checkpoint, Progress, Report, Workers
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import Harmonics, attribute, fourier, harmonics_for, highest, in_fractions, of_attribute
@@ -494,6 +497,7 @@ def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     settings.progress(0.0, "preparing")
     work = ForcedResponseWork.of(settings).with_shapes(settings.progress)
     curves = all_cases(work, settings.checkpoint, settings.workers, settings.progress)
+    work, curves = work.settled(curves, settings.checkpoint, settings.workers, settings.progress)
     settings.progress(1.0, "linear curves")
     return work.gathered(curves)
 
@@ -579,19 +583,46 @@ class ForcedResponseWork(OneBalance):
         def balance_of(problem: Problem) -> HarmonicBalance:
             return self.balance if problem is self.problem else replace(self, problem=problem).balance
 
+        def report(case: int, share: float) -> None:
+            progress((case + share) / len(self.words), f"first solution: {self.words[case]}")
+
         with one_blas_thread():
             rough = with_loaded_harmonics(self.balance)
             tolerance = max(SETTLED, self.settings.peak_tolerance)
-            for case, words in enumerate(self.words):
-
-                def report(share: float, case: int = case, words: str = words) -> None:
-                    progress((case + share) / len(self.words), f"first solution: {words}")
-
-                report(0.0)
-                curve = self._curve(rough, case, report, tolerance)
+            for case in range(len(self.levels)):
+                report(case, 0.0)
+                curve = self._curve(rough, case, partial(report, case), tolerance)
                 # Without a peak the band may hold one of a higher harmonic.
-                curves.append(curve if any(curve.peaks) else self._curve(self.balance, case, report, tolerance))
+                curves.append(curve if any(curve.peaks) else self._curve(self.balance, case, partial(report, case), tolerance))
             return replace(self, problem=with_shapes_of_peaks(rough, balance_of, curves, measure, progress))
+
+    def settled(
+        self, curves: list[Arrays], checkpoint: Checkpoint | None, workers: Workers, progress: Progress
+    ) -> tuple[ForcedResponseWork, list[Arrays]]:
+        """The work and its curves, solved again with the shapes of the contact forces at their highest points as long as an error
+        by the shapes left out is beyond what is allowed, and less than half of that before.
+
+        Contacts far stiffer than what they join have other forces at these points than in the first solutions, and need more of
+        their shapes: the work of what is left out goes with the square of the error.
+        """
+        work, before = self, np.inf
+        while work.problem.mesh is not None:
+            errors = np.array([curve.get(OWN_FORCES.variable, np.nan) for curve in curves])
+            if not ALLOWED < (worst := float(np.abs(np.nan_to_num(errors)).max())) < 0.5 * before:
+                break
+            dataset = work.gathered(curves).dataset
+            points, every, highest = SolvedPoints(dataset, work.problem), np.arange(dataset.sizes["point"]), set()
+            for case, output in np.ndindex(dataset.sizes["case"], dataset.sizes["output"]):
+                size = np.nan_to_num(sizes(dataset, case, output, self.measure, every))
+                highest |= {(case, int(np.argmax(size)))} if size.any() else set()
+            forces = [scaled(points.point(*place).forces) for place in sorted(highest)]
+            problem = with_forces(work.problem, np.hstack(forces), NEGLIGIBLE * (SETTLED / worst) ** 2)
+            if problem.structure.size == work.problem.structure.size:
+                break
+            work, before = replace(work, problem=problem), worst
+            progress(0.0, f"curves on {problem.structure.size} coordinates")
+            curves = all_cases(work, checkpoint, workers, progress)
+        return work, curves
 
     @property
     def measure(self) -> Measure:

@@ -60,7 +60,7 @@ def with_shapes_of_peaks(
     few = balance_of(problem)
     highest = [each for curve in curves for each in _highest(rough, curve, measure)]
     for _ in range(ROUNDS):
-        forces = np.hstack([_scaled(each.point.forces) for each in highest])
+        forces = np.hstack([scaled(each.point.forces) for each in highest])
         more = with_forces(problem, forces)
         if more.structure.size == problem.structure.size:
             break
@@ -85,14 +85,14 @@ def own_shapes_error(
     points = list(highest_points(balance, curve, measure).values())
     if not points:
         return np.full(len(balance.problem.outputs), np.nan)
-    more = finer(balance.problem, np.hstack([_scaled(point.point.forces) for point in points]))
+    more = finer(balance.problem, np.hstack([scaled(point.point.forces) for point in points]))
     whole = HarmonicBalance(more, balance.harmonics, balance.tables.E.shape[0], balance.periods)
     return errors_by(started(whole), balance, balance, curve, measure)
 
 
 def own_shapes_change(balance: HarmonicBalance, peak: Evaluation, output: int, measure: Measure) -> float:
     """The same of one output at one of its peaks; NaN where that cannot be solved on these shapes."""
-    more = finer(balance.problem, _scaled(peak.point.forces))
+    more = finer(balance.problem, scaled(peak.point.forces))
     whole = HarmonicBalance(more, balance.harmonics, balance.tables.E.shape[0], balance.periods)
     X = peak.w[balance.rows + output]
     solution = solved_again(whole, balance, peak.point, output, X[balance.first])
@@ -119,7 +119,7 @@ def _again(balance: HarmonicBalance, few: HarmonicBalance, highest: _Highest, me
     return replace(highest, point=solution.point, peak=peak, size=measure.size(X, solution.point.omega))
 
 
-def _scaled(forces: Array) -> Array:
+def scaled(forces: Array) -> Array:
     """Forces λ (rows, 2H+1) at a point, the mean and the vibration each of unit size: neither hides the other."""
     sizes = [np.linalg.norm(part) or 1.0 for part in (forces[:, :1], forces[:, 1:])]
     return np.hstack([forces[:, :1] / sizes[0], forces[:, 1:] / sizes[1]])

@@ -11,7 +11,7 @@ from stickslip.model.loads import Force, Output
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.problem import Mesh, Problem
 from stickslip.model.structure.sparse import Report, SparseStructure
-from stickslip.model.structure.stuck_mesh import StuckMesh, quiet
+from stickslip.model.structure.stuck_mesh import NEGLIGIBLE, StuckMesh, quiet
 from stickslip.support.checks import Array, counted
 
 
@@ -61,12 +61,13 @@ def _named(structure: SparseStructure, directions: Iterable[Mapping[str, float]]
     return tuple(structure.dofs[row] for row in sorted(rows))
 
 
-def with_forces(problem: Problem, forces: Array) -> Problem:
-    """A problem of a mesh with the shapes of contact forces (rows, k) [N] of its solutions too, as far as it lacks them."""
+def with_forces(problem: Problem, forces: Array, share: float = NEGLIGIBLE) -> Problem:
+    """A problem of a mesh with the shapes of contact forces (rows, k) [N] of its solutions too, as far as it lacks them; share:
+    of the work of the forces on their shapes, which what it may lack keeps below."""
     mesh = problem.mesh
     if mesh is None:
         raise ValueError("a problem without a mesh has all its shapes")
-    known = np.hstack([mesh.forces, mesh.stuck.new_forces(mesh.coordinates.beyond, forces)])
+    known = np.hstack([mesh.forces, mesh.stuck.new_forces(mesh.coordinates.beyond, forces, share)])
     return with_all_forces(problem, known)
 
 

@@ -180,11 +180,10 @@ class StuckMesh:
             pushed = np.asarray(self.stuck @ shapes) if again else pushed
         return np.asarray(shapes)
 
-    def new_forces(self, have: Array, forces: Array) -> Array:
+    def new_forces(self, have: Array, forces: Array, share: float = NEGLIGIBLE) -> Array:
         """Combinations (rows, k) of contact forces (rows, j) whose shapes are not among those one has, (n, m), haveᵀK'have = 1.
 
-        The work of the forces on what is left of their shapes off the others must be more than a share `NEGLIGIBLE` of their
-        largest.
+        The work of the forces on what is left of their shapes off the others must be more than a share of their largest.
         """
         forces = forces[:, np.any(forces != 0.0, axis=0)]
         if not forces.shape[1]:
@@ -196,7 +195,7 @@ class StuckMesh:
         pushed = np.asarray(self.stuck @ shapes)
         along = have.T @ pushed
         energies, turned = linalg.eigh(shapes.T @ pushed - along.T @ along)
-        kept = energies > NEGLIGIBLE * whole
+        kept = energies > share * whole
         return np.asarray(forces @ (turned[:, kept] / np.sqrt(energies[kept])))
 
     def _shapes_of(self, forces: Array, have: Array) -> Array:

@@ -68,7 +68,9 @@ class ForcedResponsePlan(Plan):
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
     ) -> xr.Dataset:
-        return self.dataset(results, progress)
+        work, curves = self.works[""].settled(list(results[""]), checkpoint, workers, progress)
+        self.__dict__["works"] = {"": work}
+        return self.dataset({"": curves}, progress)
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]], progress: Progress = silent) -> xr.Dataset:
         work = self.works[""]
