@@ -605,16 +605,21 @@ class ForcedResponseWork(OneBalance):
         Contacts far stiffer than what they join have other forces at these points than in the first solutions, and need more of
         their shapes: the work of what is left out goes with the square of the error.
         """
-        work, before = self, np.inf
+        work, before, unknown = self, np.inf, np.full(len(self.problem.outputs), np.nan)
         while work.problem.mesh is not None:
-            errors = np.array([curve.get(OWN_FORCES.variable, np.nan) for curve in curves])
-            if not ALLOWED < (worst := float(np.abs(np.nan_to_num(errors)).max())) < 0.5 * before:
+            errors = [np.abs(curve.get(OWN_FORCES.variable, unknown)) for curve in curves]
+            if all(np.all(each <= ALLOWED) for each in errors):
                 break
-            dataset = work.gathered(curves).dataset
-            points, every, highest = SolvedPoints(dataset, work.problem), np.arange(dataset.sizes["point"]), set()
+            dataset, worst, highest = work.gathered(curves).dataset, 0.0, set()
+            points, every = SolvedPoints(dataset, work.problem), np.arange(dataset.sizes["point"])
             for case, output in np.ndindex(dataset.sizes["case"], dataset.sizes["output"]):
                 size = np.nan_to_num(sizes(dataset, case, output, self.measure, every))
-                highest |= {(case, int(np.argmax(size)))} if size.any() else set()
+                if size.any():
+                    highest.add((case, int(np.argmax(size))))
+                    of_sweep = errors[case][output] if case < len(curves) else 0.0
+                    worst = max(worst, 1.0 if np.isnan(of_sweep) else float(of_sweep))  # too far away to be solved
+            if not ALLOWED < worst < 0.5 * before:
+                break
             forces = [scaled(points.point(*place).forces) for place in sorted(highest)]
             problem = with_forces(work.problem, np.hstack(forces), NEGLIGIBLE * (SETTLED / worst) ** 2)
             if problem.structure.size == work.problem.structure.size:
