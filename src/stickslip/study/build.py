@@ -19,7 +19,7 @@ from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
-from stickslip.model.problem.load_steps import LoadStep
+from stickslip.model.problem.load_steps import OF_CONTACTS, LoadStep
 from stickslip.model.readers.deck import LONGEST
 from stickslip.model.readers.model import levers
 from stickslip.model.readers.stress_places import SAME_SPEED
@@ -186,8 +186,8 @@ def _dimension(key: str, value: Any, units: Units) -> Any:
     return scaled(float(value) if isinstance(value, int) and not isinstance(value, bool) else value, factor)
 
 
-def body(table: BodyTable, units: Units) -> tuple[RigidBody, tuple[Force, ...]]:
-    """A rigid body in SI, and the static forces that pull it."""
+def body(table: BodyTable, units: Units, stepped: bool = False) -> tuple[RigidBody, tuple[Force, ...]]:
+    """A rigid body in SI, and the static forces that pull it; stepped: along all axes, since load steps state its pull."""
     values = in_si(table, units)
     own = None if table.shape is None else shape_of(table.shape, table.dimensions, units).body()
     mass, inertia = (values["mass"], values["inertia"]) if own is None else (own.mass, own.inertia)
@@ -198,7 +198,7 @@ def body(table: BodyTable, units: Units) -> tuple[RigidBody, tuple[Force, ...]]:
     rigid = RigidBody(mass, turned, values["centre"], outline=outline)
     pull = zip("xyz", values["pull"], strict=True)
     return rigid, tuple(
-        Force(f"{table.name}/{rigid.node}.{axis}", static=f, name=f"pull on {table.name}") for axis, f in pull if f
+        Force(f"{table.name}/{rigid.node}.{axis}", static=f, name=pull_on(table.name, axis)) for axis, f in pull if f or stepped
     )
 
 
@@ -249,7 +249,7 @@ def force_along(direction: Mapping[str, float], table: ForceTable, units: Units)
     """A force in SI along a direction with coefficients in SI."""
     values = in_si(table, units)
     amplitude = {table.harmonic: complex_amplitude(values["amplitude"])}
-    return Force(direction, amplitude, values["static"], omega_power=table.omega_power)
+    return Force(direction, amplitude, values["static"], table.name, omega_power=table.omega_power)
 
 
 def complex_amplitude(given: Any) -> complex:
@@ -322,14 +322,22 @@ def rotation(table: RotationTable, over: OverSpeedTable | None, units: Units) ->
     return table.speed, axis, table.coriolis
 
 
-def load_step(table: LoadStepTable, rotation: RotationTable | None, problem: Problem) -> LoadStep:
+def load_step(table: LoadStepTable, rotation: RotationTable | None, problem: Problem, units: Units) -> LoadStep:
     """A load before that of the study: at a speed the square of its ratio to that of [rotation] of all centrifugal loads."""
-    if table.factor is not None:
-        return table.factor
-    if rotation is None or table.speed is None:
-        raise InputError(f"speed = {table.speed:g} needs [rotation]. Add it, or give a factor of all static forces.")
-    square = (table.speed / rotation.speed) ** 2
-    return {force.name: square for force in problem.forces if isinstance(force, CentrifugalLoad)}
+    values = in_si(table, units)
+    static = {pull_on(body, axis): f for body, pull in values["pull"].items() for axis, f in zip("xyz", pull, strict=True)}
+    if table.speed is not None:
+        if rotation is None:
+            raise InputError(f"speed = {table.speed:g} needs [rotation]. Add it, or give a factor of all static forces.")
+        square = (table.speed / rotation.speed) ** 2
+        static |= {force.name: square * force.static for force in problem.forces if isinstance(force, CentrifugalLoad)}
+    factor = 1.0 if table.factor is None else table.factor
+    return LoadStep(factor, static | values["static"], **{key: values[key] for key in OF_CONTACTS})
+
+
+def pull_on(body: str, axis: str) -> str:
+    """The name of the force that pulls a body along an axis."""
+    return f"pull on {body} along {axis}"
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

@@ -437,10 +437,10 @@ def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
     if tables.study is not None and tables.study.analysis not in WITH_LOAD_STEPS:
         rule = f"need analysis = {' or '.join(WITH_LOAD_STEPS)}, but the analysis is {tables.study.analysis}"
         raise InputError(f"Load steps {rule}. Remove [[load_step]].")
-    steps = [build.load_step(each, tables.rotation, problem) for each in tables.load_steps if each is not None]
-    moved, rests = load_history(problem, steps)
-    places = np.zeros(rests[0].sliders.size)
-    for number, rest in enumerate(rests, start=1):
+    steps = [build.load_step(each, tables.rotation, problem, tables.units) for each in tables.load_steps if each is not None]
+    moved, found = load_history(problem, steps)
+    places = np.zeros(found[0][1].sliders.size)
+    for number, (_, rest) in enumerate(found, start=1):
         load = f"Step {number}" if number <= len(steps) else "The load of the study"
         slid, loose = (np.count_nonzero(each) for each in ((rest.sliders != places) & (rest.limits > 0.0), rest.limits == 0.0))
         notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load then")
@@ -479,7 +479,8 @@ def from_model(
     rotation = found.attempt("[rotation]", build.rotation, tables.rotation, tables.over_speed, units) if tables.rotation else None
     whole_of = Whole(damping, order, rotation)
     structures = structures_of(tables.structures, several, surfaces, whole_of, folder, units, found, messages, meshed)
-    bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found, tables.rotation is not None)
+    stepped = {body for step in tables.load_steps if step is not None and rotation is None for body in step.pull}
+    bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found, tables.rotation is not None, stepped)
     messages[1].extend(body_note(name, body, units.system) for name, body in bodies.items())
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
     parts = found.attempt("[structure]", together, structures, bodies, damping, rotation) if whole else None

@@ -406,13 +406,19 @@ def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str
 
 
 def bodies_of(
-    tables: Sequence[BodyTable | None], units: Units, taken: Collection[str], found: Found, turning: bool = False
+    tables: Sequence[BodyTable | None],
+    units: Units,
+    taken: Collection[str],
+    found: Found,
+    turning: bool = False,
+    stepped: Collection[str] = (),
 ) -> tuple[dict[str, RigidBody], tuple[Force, ...]]:
-    """The rigid bodies by name, and the static forces that pull them; turning: their own mass does."""
+    """The rigid bodies by name, and the static forces that pull them; turning: their own mass does; stepped: the bodies whose
+    pull load steps state."""
     bodies: dict[str, RigidBody] = {}
     pulls: tuple[Force, ...] = ()
     for number, table in enumerate(tables, start=1):
-        made = None if table is None else found.attempt(f"[[body]] {number}", build.body, table, units)
+        made = None if table is None else found.attempt(f"[[body]] {number}", build.body, table, units, table.name in stepped)
         if table is None or made is None:
             continue
         if table.name in (*bodies, *taken):

@@ -138,13 +138,23 @@ class RotationTable(Table):
 
 
 class LoadStepTable(Table):
-    """A static load that acts before the load of the study; sliders start where it leaves them. Several tables are applied
-    in order, and the load of the study comes last."""
+    """A load that acts before the load of the study; sliders start where it leaves them. Several tables are applied in order,
+    and the load of the study comes last. What a table does not state is as in the study."""
 
-    exactly_one: ClassVar[Groups] = (("factor", "speed"),)
+    at_most_one: ClassVar[Groups] = (("factor", "speed"),)
 
     factor: Annotated[Number | None, Field(description="factor of all static forces of the study")] = None
     speed: Annotated[NotNegative | None, Field(description="rotor speed in rev/min, which sets the load of [rotation]")] = None
+    static: Annotated[dict[str, Number], FORCE, Words("table of numbers")] = Field(default_factory=dict)
+    """{ NAME = static part of the [[force]] of this name }, in place of that of `factor`"""
+    pull: Annotated[dict[str, Vector], FORCE, Words("table of lists")] = Field(default_factory=dict)
+    """{ NAME = [x, y, z], the pull on the [[body]] of this name }"""
+    preload: Annotated[dict[str, Number], FORCE, Words("table of numbers")] = Field(default_factory=dict)
+    """{ NAME = N0 of the [[contact]] of this name }, in place of `preload` and `mean_pressure`, of a surface as a whole"""
+    gap: Annotated[dict[str, Number], LENGTH, Words("table of numbers")] = Field(default_factory=dict)
+    """{ NAME = gap of the [[contact]] of this name }; a negative gap is an interference"""
+    normal_load: Annotated[dict[str, NotNegative], FORCE, Words("table of numbers")] = Field(default_factory=dict)
+    """{ NAME = constant normal load of the [[contact]] of this name }"""
 
 
 class AtSpeedTable(Table):
@@ -293,6 +303,7 @@ class ForceTable(Table):
 
     renamed: ClassVar[dict[str, str]] = {"at": "direction"}
 
+    name: Annotated[str, Field(description="name for [[load_step]]")] = ""
     direction: Place
     """degree of freedom, or a table of coefficients; with `surface` x, y or z, or a table of these"""
     surface: str | None = None

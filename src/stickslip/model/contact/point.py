@@ -142,6 +142,16 @@ def between(a: str, b: str) -> dict[str, float]:
     return difference(sides[0], sides[1])
 
 
+class OnSurface(NamedTuple):
+    """The part that a contact has in a contact surface: the name of the surface; the share of its law; how much larger the gap is
+    than that of this law [m]; the places of its nodes (k, 3) [m], none where they are not known."""
+
+    name: str
+    share: float = 1.0
+    further: float = 0.0
+    places: Array = np.zeros((0, 3))
+
+
 @dataclass(frozen=True)
 class PatchNode:
     """A node of a patch of a contact surface, for which the contact of the patch stands.
@@ -165,7 +175,7 @@ class Contact:
     start: one rule for all directions, or one per tangential direction.
     balanced: z is counted from the preloaded equilibrium: the structure feels N − N0 (else the whole N).
     nodes: of a patch of a surface, those whose mean motion it has (`surface_contacts`); area: of the surface that it stands for,
-    m², 0 where it is not known.
+    m², 0 where it is not known; surface: its part in one, None of a contact by itself.
     """
 
     name: str
@@ -176,6 +186,7 @@ class Contact:
     balanced: bool = False
     nodes: tuple[PatchNode, ...] = field(default=(), repr=False)
     area: float = field(default=0.0, repr=False, compare=False)
+    surface: OnSurface | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         storable("The name of a contact", self.name)
@@ -256,7 +267,7 @@ class Contact:
     def at_nodes(self) -> "tuple[Contact, ...]":
         """The contacts of the nodes of a patch, which share its law and mean traction by area; of any other contact itself."""
         contacts = []
-        for each in self.nodes:
+        for k, each in enumerate(self.nodes):
             law: Any = self.law.share(each.share)
             if each.further:
                 law = replace(law, gap=law.gap + each.further)
@@ -264,8 +275,12 @@ class Contact:
                 replace(start, value=np.multiply(each.share, start.value).tolist()) if isinstance(start, MeanTraction) else start
                 for start in self.starts
             )
-            area = each.share * self.area
-            contacts.append(Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, area=area))
+            area, surface = each.share * self.area, self.surface
+            if surface is not None:
+                share, further = each.share * surface.share, each.further + surface.further
+                surface = surface._replace(share=share, further=further, places=surface.places[k : k + 1])
+            parts: dict[str, Any] = {"area": area, "surface": surface}
+            contacts.append(Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, **parts))
         return tuple(contacts) or (self,)
 
     def with_start(self, start: Start | tuple[Start, ...]) -> "Contact":

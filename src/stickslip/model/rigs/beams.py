@@ -19,7 +19,7 @@ import scipy
 
 from stickslip.model.contact.law import Friction
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.point import Contact, SliderOffset, Start, difference
+from stickslip.model.contact.point import Contact, OnSurface, SliderOffset, Start, difference
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force, Output
 from stickslip.model.problem import Problem, modal_damping_matrix
@@ -127,7 +127,14 @@ def blade_root(
     structure = Structure(M, K, dofs, damping=RayleighDamping(0.0, b))
     law = Macroslip(kt, mu, kn).share(1.0 / points)
     contacts = tuple(
-        Contact(f"{name} {k + 1}", law, (_at(place, (side * c, -s)),), _at(place, (side * s, c)), start or SliderOffset())
+        Contact(
+            f"{name} {k + 1}",
+            law,
+            (_at(place, (side * c, -s)),),
+            _at(place, (side * s, c)),
+            start or SliderOffset(),
+            surface=OnSurface(name, 1.0 / points),
+        )
         for name, side in (("left", -1.0), ("right", 1.0))
         for k in range(points)
         for way in [(k + 0.5) / points * flank_length]
