@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.analyses.contacts_at_rest import rest_of
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import (
     broken_warning,
@@ -82,7 +83,7 @@ from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
-from stickslip.results.schema import CurveKind, Result, kinds_in, with_kinds
+from stickslip.results.schema import CurveKind, Result, described, kinds_in, with_kinds
 from stickslip.results.view import measure_in, nearest_point, periods_of
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, CaseStopped, Progress, Report
@@ -700,6 +701,11 @@ class ForcedResponseWork(OneBalance):
         return negative_damping(self.problem.at_frequency(2.0 * np.pi * 0.5 * (low + high)))
 
     @cached_property
+    def at_rest(self) -> dict[str, Any]:
+        """The contacts under the static load, unless each speed has its own."""
+        return {} if self.problem.speed is not None else rest_of(self.problem)
+
+    @cached_property
     def opened(self) -> str:
         """What to say of contacts that the static load leaves open."""
         return opened(self.problem, min(self.settings.frequencies), max(self.settings.frequencies))
@@ -803,7 +809,7 @@ class ForcedResponseWork(OneBalance):
         with one_blas_thread():
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, levels, curves, ends, attrs, self.measure, plain)
-            dataset = with_disk(found, self.problem)
+            dataset = with_disk(found, self.problem).assign(described("contacts_at_rest", self.at_rest))
         kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR, "work_error": WORK_ERROR}
         for each in (ALL_MODES if self.problem.mesh is None else OWN_FORCES, ALL_NODES):
             if any(each.variable in curve for curve in curves):

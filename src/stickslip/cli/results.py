@@ -272,6 +272,7 @@ def export(
 
 def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool) -> None:
     """Write the deformed shapes of each result; of several results NAME_RESULT.vtu."""
+    from stickslip.analyses.contacts_at_rest import fields_at_rest
     from stickslip.analyses.solved_points import has_shapes, kept_shapes
     from stickslip.show.plots.deformed_shape import save_vtu
 
@@ -279,7 +280,10 @@ def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool
     files = {out.with_name(f"{out.stem}_{name}.vtu") if several else out: dataset for name, dataset in datasets.items()}
     refuse_existing(files, overwrite)
     for path, dataset in files.items():
-        say(f"Wrote {save_vtu(kept_shapes(dataset) if has_shapes(dataset) else {}, path)}")
+        shapes = kept_shapes(dataset) if has_shapes(dataset) else {}
+        on_contacts = "contact_of_node" in dataset and has_shapes(dataset)
+        at_rest = fields_at_rest(dataset, dataset["shape_point"].values) if on_contacts else {}
+        say(f"Wrote {save_vtu(shapes, path, at_rest)}")
 
 
 def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:

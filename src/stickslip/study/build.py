@@ -5,7 +5,7 @@ Names of degrees of freedom in a study: detection of unknown names, and directio
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import gcd
 from typing import Any, Literal
 
@@ -186,8 +186,8 @@ def _dimension(key: str, value: Any, units: Units) -> Any:
     return scaled(float(value) if isinstance(value, int) and not isinstance(value, bool) else value, factor)
 
 
-def body(table: BodyTable, units: Units, stepped: bool = False) -> tuple[RigidBody, tuple[Force, ...]]:
-    """A rigid body in SI, and the static forces that pull it; stepped: along all axes, since load steps state its pull."""
+def body(table: BodyTable, units: Units) -> tuple[RigidBody, tuple[Force, ...]]:
+    """A rigid body in SI, and the static forces that pull it."""
     values = in_si(table, units)
     own = None if table.shape is None else shape_of(table.shape, table.dimensions, units).body()
     mass, inertia = (values["mass"], values["inertia"]) if own is None else (own.mass, own.inertia)
@@ -197,9 +197,12 @@ def body(table: BodyTable, units: Units, stepped: bool = False) -> tuple[RigidBo
     outline = () if own is None else np.reshape(own.outline, (-1, 3)) @ turn
     rigid = RigidBody(mass, turned, values["centre"], outline=outline)
     pull = zip("xyz", values["pull"], strict=True)
-    return rigid, tuple(
-        Force(f"{table.name}/{rigid.node}.{axis}", static=f, name=pull_on(table.name, axis)) for axis, f in pull if f or stepped
-    )
+    return rigid, tuple(replace(pull_on(table.name, axis), static=f) for axis, f in pull if f)
+
+
+def pull_on(body: str, axis: str) -> Force:
+    """A force that pulls a body along an axis, without its size."""
+    return Force(f"{body}/{RigidBody.node}.{axis}", name=f"pull on {body} along {axis}")
 
 
 def axes_of(given: list[list[float]] | None) -> Array:
@@ -325,7 +328,7 @@ def rotation(table: RotationTable, over: OverSpeedTable | None, units: Units) ->
 def load_step(table: LoadStepTable, rotation: RotationTable | None, problem: Problem, units: Units) -> LoadStep:
     """A load before that of the study: at a speed the square of its ratio to that of [rotation] of all centrifugal loads."""
     values = in_si(table, units)
-    static = {pull_on(body, axis): f for body, pull in values["pull"].items() for axis, f in zip("xyz", pull, strict=True)}
+    static = {pull_on(body, axis).name: f for body, pull in values["pull"].items() for axis, f in zip("xyz", pull, strict=True)}
     if table.speed is not None:
         if rotation is None:
             raise InputError(f"speed = {table.speed:g} needs [rotation]. Add it, or give a factor of all static forces.")
@@ -333,11 +336,6 @@ def load_step(table: LoadStepTable, rotation: RotationTable | None, problem: Pro
         static |= {force.name: square * force.static for force in problem.forces if isinstance(force, CentrifugalLoad)}
     factor = 1.0 if table.factor is None else table.factor
     return LoadStep(factor, static | values["static"], **{key: values[key] for key in OF_CONTACTS})
-
-
-def pull_on(body: str, axis: str) -> str:
-    """The name of the force that pulls a body along an axis."""
-    return f"pull on {body} along {axis}"
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

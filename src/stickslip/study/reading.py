@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.analyses.contacts_at_rest import as_lines, by_surface, rest_variables
 from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
 from stickslip.model.contact.point import GROUND, Contact
@@ -438,14 +439,20 @@ def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
         rule = f"need analysis = {' or '.join(WITH_LOAD_STEPS)}, but the analysis is {tables.study.analysis}"
         raise InputError(f"Load steps {rule}. Remove [[load_step]].")
     steps = [build.load_step(each, tables.rotation, problem, tables.units) for each in tables.load_steps if each is not None]
-    moved, found = load_history(problem, steps)
+    pulled = dict.fromkeys(body for table in tables.load_steps if table is not None for body in table.pull)
+    pulls = [build.pull_on(body, axis) for body in pulled for axis in "xyz"]
+    more = [pull for pull in pulls if pull.name not in [force.name for force in problem.forces]]
+    moved, found = load_history(problem.with_forces([*problem.forces, *more]), steps)
     places = np.zeros(found[0][1].sliders.size)
-    for number, (_, rest) in enumerate(found, start=1):
+    records: list[dict[str, Any]] = []
+    for number, (loaded, rest) in enumerate(found, start=1):
         load = f"Step {number}" if number <= len(steps) else "The load of the study"
         slid, loose = (np.count_nonzero(each) for each in ((rest.sliders != places) & (rest.limits > 0.0), rest.limits == 0.0))
         notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load then")
         places = rest.sliders
-    return moved
+        records += [{"load": load} | each for each in by_surface(rest_variables(loaded, rest), tables.units.system)]
+    notes += as_lines(records) if records else []
+    return moved.with_forces(problem.forces)
 
 
 def from_model(
@@ -479,8 +486,7 @@ def from_model(
     rotation = found.attempt("[rotation]", build.rotation, tables.rotation, tables.over_speed, units) if tables.rotation else None
     whole_of = Whole(damping, order, rotation)
     structures = structures_of(tables.structures, several, surfaces, whole_of, folder, units, found, messages, meshed)
-    stepped = {body for step in tables.load_steps if step is not None and rotation is None for body in step.pull}
-    bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found, tables.rotation is not None, stepped)
+    bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found, tables.rotation is not None)
     messages[1].extend(body_note(name, body, units.system) for name, body in bodies.items())
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
     parts = found.attempt("[structure]", together, structures, bodies, damping, rotation) if whole else None

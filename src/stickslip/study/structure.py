@@ -406,19 +406,13 @@ def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str
 
 
 def bodies_of(
-    tables: Sequence[BodyTable | None],
-    units: Units,
-    taken: Collection[str],
-    found: Found,
-    turning: bool = False,
-    stepped: Collection[str] = (),
+    tables: Sequence[BodyTable | None], units: Units, taken: Collection[str], found: Found, turning: bool = False
 ) -> tuple[dict[str, RigidBody], tuple[Force, ...]]:
-    """The rigid bodies by name, and the static forces that pull them; turning: their own mass does; stepped: the bodies whose
-    pull load steps state."""
+    """The rigid bodies by name, and the static forces that pull them; turning: their own mass does."""
     bodies: dict[str, RigidBody] = {}
     pulls: tuple[Force, ...] = ()
     for number, table in enumerate(tables, start=1):
-        made = None if table is None else found.attempt(f"[[body]] {number}", build.body, table, units, table.name in stepped)
+        made = None if table is None else found.attempt(f"[[body]] {number}", build.body, table, units)
         if table is None or made is None:
             continue
         if table.name in (*bodies, *taken):

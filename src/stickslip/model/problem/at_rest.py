@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import connected_components
 
 from stickslip.model.contact.point import Contact, SliderOffset, contact_table, remembering
 from stickslip.model.contact.protocol import MEAN, OFFSET, RATIO
-from stickslip.support.checks import Array
+from stickslip.support.checks import Array, Index
 
 if TYPE_CHECKING:
     from stickslip.model.problem.problem import Mesh, Problem
@@ -113,11 +113,36 @@ def open_stiffness(problem: Problem, rest: Rest) -> Array:
     return elements.by_row(table.stiffness * ~elements.loaded(closed), table.normal_stiffness * ~closed)
 
 
-def at_friction_limit(problem: Problem, rest: Rest) -> list[str]:
-    """The names of contacts of which loaded friction elements stand at their limit at rest."""
-    elements = _Elements(problem.contacts)
-    slips = elements.by_row((rest.state.slips != 0.0) & elements.loaded(rest.state.closed), 0.0)
-    return [contact.name for contact, rows in zip(problem.contacts, _rows(problem.contacts), strict=True) if np.any(slips[rows])]
+class ContactsAtRest(NamedTuple):
+    """Of each contact at rest, (contacts,): normal force, NaN where nothing says it, and size of the friction, N; how far it is
+    open, and how far its slider stands from where it was when the contact was new, at most, m; 0 where it is open, 1 where it is
+    closed, 2 where loaded friction elements stand at their limit.
+    """
+
+    load: Array
+    friction: Array
+    gap: Array
+    slip: Array
+    state: Index
+
+
+def contacts_at_rest(problem: Problem, rest: Rest) -> ContactsAtRest:
+    """The contacts of a problem at rest, one by one."""
+    contacts, elements = problem.contacts, _Elements(problem.contacts)
+    table, count = elements.table, len(problem.contacts)
+    of_row, normal = np.repeat(np.arange(count), np.diff(table.first_row)), table.normal_row
+    tangential, varies = np.ones(table.rows, dtype=bool), normal >= 0
+    tangential[normal[varies]] = False
+    constant = [np.nan if (load := getattr(contact.law, "normal_load", None)) is None else np.sum(load) for contact in contacts]
+    load = np.where(varies, rest.forces[normal], constant) if table.rows else np.zeros(count)
+    slid, apart = np.zeros(table.rows), np.where(varies, np.inf, 0.0)
+    np.maximum.at(slid, elements.row, np.abs(rest.sliders) * elements.slides)
+    of_normal = np.repeat(np.arange(count), np.diff(table.normal_first))
+    np.minimum.at(apart, of_normal, -elements.pressed(rest.motion) / table.normal_stiffness)
+    at_limit = elements.by_row((rest.state.slips != 0.0) & elements.loaded(rest.state.closed), 0.0)
+    friction, slip, slips = (np.bincount(of_row, each, count) for each in ((rest.forces * tangential) ** 2, slid**2, at_limit))
+    state = np.where(varies & (load == 0.0), 0, np.where(slips > 0.0, 2, 1))
+    return ContactsAtRest(load, np.sqrt(friction), np.maximum(apart, 0.0), np.sqrt(slip), state)
 
 
 def _rows(contacts: Sequence[Contact]) -> list[slice]:

@@ -13,6 +13,7 @@ of the first step are there from the beginning.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -33,12 +34,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LoadStep:
-    """A load before that of a problem: `factor` of all static forces, or {name: factor} with the others as they are; and what is
-    another one at this step. static: {name of a force: N}; preload, normal_load [N], gap [m]: {name of a contact or of a contact
-    surface: value}, as in its law, of a whole surface, a negative gap being an interference.
+    """A load before that of a problem: `factor` of all static forces, and what is another one at this step. static: {name of a
+    force: N}; preload, normal_load [N], gap [m]: {name of a contact or of a contact surface: value}, as in its law, of a whole
+    surface, a negative gap being an interference.
     """
 
-    factor: float | Mapping[str, float] = 1.0
+    factor: float = 1.0
     static: Mapping[str, float] = field(default_factory=dict)
     preload: Mapping[str, float] = field(default_factory=dict)
     gap: Mapping[str, float] = field(default_factory=dict)
@@ -52,7 +53,7 @@ SETTLED = 1e-3
 """Share of the motion of contacts within which sliders are where smaller parts of a step leave them; and the shortest part."""
 
 
-def after_load_steps(problem: Problem, steps: Sequence[float | Mapping[str, float] | LoadStep]) -> Problem:
+def after_load_steps(problem: Problem, steps: Sequence[float | LoadStep]) -> Problem:
     """The problem with its sliders where a history of the static load has left them; its own static load comes last.
 
     steps: the loads in turn, each a `LoadStep` or the factor of one alone: `[1.44]` is an earlier run at 1.2 times the speed, and
@@ -69,7 +70,7 @@ AtRest = tuple["Problem", Rest]
 """A problem with its sliders where a load leaves them, and its contacts at rest under that."""
 
 
-def load_history(problem: Problem, steps: Sequence[float | Mapping[str, float] | LoadStep]) -> tuple[Problem, list[AtRest]]:
+def load_history(problem: Problem, steps: Sequence[float | LoadStep]) -> tuple[Problem, list[AtRest]]:
     """As `after_load_steps`, with the problem and its contacts at rest under the load of each step and under its own."""
     refuse_speed(problem, "Load steps")
     loads = [step if isinstance(step, LoadStep) else LoadStep(step) for step in several("steps", steps)]
@@ -87,9 +88,10 @@ def load_history(problem: Problem, steps: Sequence[float | Mapping[str, float] |
     ends.append(_End.of(problem, LoadStep(), "The problem"))
     unloaded = ends[0]._replace(static=np.zeros(len(problem.forces)))
     moved, begin, found = problem.with_damping(None), None, list[AtRest]()  # the matrix of a damping rule is dear
-    start = _Way(problem, unloaded, unloaded, "").found(moved, 0.0)
-    if start is not None and np.any(start[1].forces):  # what presses without a load may let sliders slip already
-        moved, begin = start
+    with suppress(InputError):  # parts that only a load presses on their contacts have no state of rest before it
+        start = _Way(problem, unloaded, unloaded, "").at(moved, 0.0)
+        if np.any(start[1].forces):  # what presses without a load may let sliders slip already
+            moved, begin = start
     halvings = int(np.ceil(np.log2(1.0 / SETTLED)))
     for number, (before, after) in enumerate(pairwise([unloaded, *ends]), start=1):
         way = _Way(problem, before, after, f"step {number}" if number <= len(loads) else "the problem, after all steps")
@@ -112,19 +114,13 @@ class _End(NamedTuple):
     @classmethod
     def of(cls, problem: Problem, step: LoadStep, what: str) -> _End:
         """What acts at a step of a problem, which is called `what`."""
-        names, factor = [force.name for force in problem.forces], step.factor
-        factors = factor if isinstance(factor, Mapping) else {}
-        others = 1.0 if isinstance(factor, Mapping) else finite(what, factor)
-        single = [name for name in names if name and names.count(name) == 1]
-        for given, known in (
-            (factors, [each.name for each in problem.forces if each.name and each.static]),
-            (step.static, single),
-        ):
-            for name, value in given.items():
-                finite(f"{what}: {name}", value)
-                if name not in known:
-                    raise fault(what, "must name static forces", name, nearest(name, known))
-        static = [step.static.get(each.name, factors.get(each.name, others) * each.static) for each in problem.forces]
+        names = [force.name for force in problem.forces]
+        for name, value in step.static.items():
+            finite(f"{what}: static of {name}", value)
+            if not name or names.count(name) != 1:
+                raise fault(f"{what}: static", "must name single forces", name, nearest(name, [each for each in names if each]))
+        factor = finite(f"{what}: factor", step.factor)
+        static = [step.static.get(each.name, factor * each.static) for each in problem.forces]
         return cls(np.array(static), _laws(problem.contacts, step, what))
 
     def towards(self, other: _End, share: float) -> _End:
@@ -179,9 +175,8 @@ class _Way:
         table = contact_table(problem.contacts)
         self.row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
 
-    def found(self, problem: Problem, share: float) -> AtRest | None:
-        """The problem under the load at a share of the way, its sliders where that moves them, on the coordinates it needs; None
-        where it has no state of rest."""
+    def at(self, problem: Problem, share: float) -> AtRest:
+        """The problem under the load at a share of the way, its sliders where that moves them, on the coordinates it needs."""
         static, laws = self.before.towards(self.after, share)
         forces = [replace(force, static=size) for force, size in zip(self.problem.forces, static.tolist(), strict=True)]
         contacts = [contact.with_law(law) for contact, law in zip(problem.contacts, laws, strict=True)]
@@ -191,17 +186,12 @@ class _Way:
                 then, now = (0.0 if each is None else float(each.forces(0.0).sum()) for each in normals)
                 forces.append(Force(contact.normal, static=then - now))
         loaded, rest = resting(replace(problem, forces=tuple(forces), contacts=tuple(contacts)), at_rest)
-        return None if rest is None else (with_sliders(loaded, rest.sliders), rest)
-
-    def at(self, problem: Problem, share: float) -> AtRest:
-        """As `found`, refused where there is none."""
-        found = self.found(problem, share)
-        if found is None:
+        if rest is None:
             raise InputError(
                 f"No state of rest was found under the static load of {self.where}. At each step, the load must press parts that "
                 "only contacts restrain on these contacts."
             )
-        return found
+        return with_sliders(loaded, rest.sliders), rest
 
     def along(
         self,

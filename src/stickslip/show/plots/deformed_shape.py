@@ -176,18 +176,18 @@ class DeformedShape(MovingPicture):
         return figure, lambda frame: surface.set_verts(metre * self.moved(frame)[motion.triangles][:, :, order])
 
 
-def save_vtu(shapes: Mapping[str, SurfaceMotion], path: str | Path) -> Path:
+def save_vtu(shapes: Mapping[str, SurfaceMotion], path: str | Path, at_rest: Mapping[str, Any] | None = None) -> Path:
     """Write deformed shapes {name: shape} of one surface to a .vtu file, in the units of their study, and return its path.
 
     The file contains the points and triangles of the surface at rest, and for each shape NAME three fields: "NAME, real part" and
     "NAME, imaginary part" (p, 3), u(t) = Re cos ωt − Im sin ωt, and "NAME, amplitude" (p,), the largest displacement in the
-    period.
+    period. at_rest: further fields of the points, by name with the unit.
     """
     if not shapes:
         raise InputError("A .vtu file must contain deformed shapes, but these results have none: no body has a surface mesh.")
     first = next(iter(shapes.values()))
     metre, unit = in_system("m", first.system)
-    fields: dict[str, Any] = {}
+    fields: dict[str, Any] = dict(at_rest or {})
     for name, shape in shapes.items():
         fields[f"{name}, real part [{unit}]"] = metre * shape.displacement.real
         fields[f"{name}, imaginary part [{unit}]"] = metre * shape.displacement.imag
