@@ -33,7 +33,7 @@ def test_a_slider_stays_where_the_larger_load_before_has_left_it():
 
 def test_a_named_force_is_changed_alone():
     problem = mass(3.0).with_forces([ss.Force("m.x", static=3.0, name="pull"), ss.Force("m.x", 1.0, static=1.0)])
-    assert place(ss.after_load_steps(problem, [{"pull": 5.0 / 3.0}])) == pytest.approx(4.0 - 2.0 / 3.0)
+    assert place(ss.after_load_steps(problem, [ss.LoadStep(static={"pull": 5.0})])) == pytest.approx(4.0 - 2.0 / 3.0)
 
 
 def blocks(rng):
@@ -198,8 +198,8 @@ def test_steps_of_contacts_that_are_none_are_refused():
         ({"preload": {"shrod": 1.0}}, r"Step 1: preload must name contacts, but is 'shrod'\. Did you mean 'shroud'"),
         ({"normal_load": {"shroud": 1.0}}, r"normal_load of shroud must be a number of its law.*its preload and gap"),
         ({"gap": {"shroud": float("nan")}}, "gap of shroud must be finite"),
-        ({"static": {"pull": 1.0}}, "must name static forces"),
-        ({"factor": float("inf")}, "Step 1 must be finite"),
+        ({"static": {"pull": 1.0}}, "must name single forces"),
+        ({"factor": float("inf")}, "Step 1: factor must be finite"),
     ):
         with pytest.raises(ss.InputError, match=said):
             ss.after_load_steps(shrouded(), [ss.LoadStep(**changed)])
@@ -231,7 +231,7 @@ def test_forces_out_of_proportion_leave_sliders_where_small_increments_do(seed):
     factors = rng.uniform(-2.0, 3.0, (3, size))
     moved = ss.after_load_steps(
         ss.Problem(structure, tuple(contacts), tuple(forces), names[:1]),
-        [dict(zip(names, each, strict=True)) for each in factors.tolist()],
+        [ss.LoadStep(static=dict(zip(names, each, strict=True))) for each in (factors * load).tolist()],
     )
     compliance = np.linalg.inv(K)
     whole, s, T = compliance + np.diag(1.0 / kt), np.zeros(size), np.zeros(size)
@@ -270,8 +270,8 @@ def test_what_has_no_history_is_refused():
         ss.after_load_steps(held_by_little, [2.0])
     with pytest.raises(ss.InputError, match="friction starts from a slider offset"):
         ss.after_load_steps(mass(1.0).with_start(ss.TractionRatio(0.5)), [2.0])
-    with pytest.raises(ss.InputError, match=r"must name static forces, but is 'pul'.*pull"):
-        ss.after_load_steps(mass(1.0), [{"pul": 2.0}])
+    with pytest.raises(ss.InputError, match=r"static must name single forces, but is 'pul'.*pull"):
+        ss.after_load_steps(mass(1.0), [ss.LoadStep(static={"pul": 2.0})])
     disc = ss.Contact(
         "disc", ss.FrictionDisc(kt=1.0, mu=0.5, normal_load=1.0), (ss.between("m.x", "ground"), ss.between("m.y", "ground"))
     )

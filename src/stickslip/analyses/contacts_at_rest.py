@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from stickslip.model.contact.point import OnSurface
 from stickslip.model.problem import Problem
@@ -17,16 +16,13 @@ from stickslip.support.checks import Array
 from stickslip.support.late import xr
 from stickslip.support.units import UnitSystem
 
-SAME = 1e-6
-"""Distance of places over the extent of all up to which they are one: points of surfaces are kept in single precision."""
-
 MOST = 24
 """Rows of a table on the screen."""
 
 
 def rest_of(problem: Problem) -> dict[str, Any]:
-    """The variables of a problem under its static load; none without contacts or a state of rest."""
-    if not problem.contacts:
+    """The variables of a problem under its static load; none without contacts or a state of rest, or with one at each speed."""
+    if not problem.contacts or problem.speed is not None:
         return {}
     loaded, rest = resting(problem, at_rest)
     return {} if rest is None else rest_variables(loaded, rest)
@@ -66,24 +62,19 @@ def by_surface(found: Mapping[str, Any] | xr.Dataset, system: UnitSystem | None 
 
 def as_lines(records: Sequence[Mapping[str, Any]]) -> list[str]:
     """Records as the lines of a table, the first of many."""
-    cells = ([each if isinstance(each, str) else f"{each:.4g}" for each in record.values()] for record in records[:MOST])
-    shown = [list(records[0]), *cells]
+    cells = [[each if isinstance(each, str) else f"{each:.4g}" for each in record.values()] for record in records[:MOST]]
+    shown = [*map(list, records[:1]), *cells]
     widths = [max(map(len, column)) for column in zip(*shown, strict=True)]
     lines = ["  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)) for line in shown]
     return [*lines, f"... ({len(records)} in all)"] if len(records) > MOST else lines
 
 
-def fields_at_rest(dataset: xr.Dataset, points: Array) -> dict[str, Array]:
-    """Fields of the contacts at rest on points (n, 3) [m], by names with their units; 0 where there is none, of the state -1."""
-    away, nearest = KDTree(points).query(dataset["contact_node_place"].values)
-    met = np.flatnonzero(away <= SAME * np.ptp(points, axis=0).max())
-    contact, place = dataset["contact_of_node"].values[met], np.asarray(nearest)[met]
+def fields_at_rest(dataset: xr.Dataset) -> dict[str, Array]:
+    """The contacts at rest at each contact node, by names with the units of the study; the pressure where areas are known."""
     known = {key: dataset[f"rest_{key}"] for key in ContactsAtRest._fields}
-    if "contact_area" in dataset and dataset["contact_area"].values.all():
+    if "contact_area" in dataset and dataset["contact_area"].values[dataset["contact_of_node"].values].all():
         known["pressure"] = (known["load"] / dataset["contact_area"]).assign_attrs(units="Pa")
-    fields: dict[str, Array] = {}
-    for name, values in known.items():
-        factor, unit = in_system(values.attrs["units"], system_of(dataset))
-        fields[key := f"at rest: {name}{'' if unit == '1' else f' [{unit}]'}"] = np.full(len(points), -1.0 * (name == "state"))
-        fields[key][place] = factor * values.values[contact]
-    return fields
+    sizes = {key: in_system(values.attrs["units"], system_of(dataset)) for key, values in known.items()}
+    heads = {key: f"{key} at rest{'' if unit == '1' else f' [{unit}]'}" for key, (_, unit) in sizes.items()}
+    of_node = dataset["contact_of_node"].values
+    return {heads[key]: sizes[key][0] * values.values[of_node] for key, values in known.items()}

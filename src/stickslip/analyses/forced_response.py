@@ -701,11 +701,6 @@ class ForcedResponseWork(OneBalance):
         return negative_damping(self.problem.at_frequency(2.0 * np.pi * 0.5 * (low + high)))
 
     @cached_property
-    def at_rest(self) -> dict[str, Any]:
-        """The contacts under the static load, unless each speed has its own."""
-        return {} if self.problem.speed is not None else rest_of(self.problem)
-
-    @cached_property
     def opened(self) -> str:
         """What to say of contacts that the static load leaves open."""
         return opened(self.problem, min(self.settings.frequencies), max(self.settings.frequencies))
@@ -809,7 +804,7 @@ class ForcedResponseWork(OneBalance):
         with one_blas_thread():
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, levels, curves, ends, attrs, self.measure, plain)
-            dataset = with_disk(found, self.problem).assign(described("contacts_at_rest", self.at_rest))
+            dataset = with_disk(found, self.problem).assign(described("contacts_at_rest", rest_of(self.problem)))
         kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR, "work_error": WORK_ERROR}
         for each in (ALL_MODES if self.problem.mesh is None else OWN_FORCES, ALL_NODES):
             if any(each.variable in curve for curve in curves):

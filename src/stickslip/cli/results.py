@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -72,7 +73,7 @@ def of_model(found: Description) -> dict[str, Any]:
 
 def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     """A study without errors: its notes, the numbers of its model in the units of the study, the estimated time of a run."""
-    from stickslip.model.problem.at_rest import normal_loads_at_rest
+    from stickslip.analyses.contacts_at_rest import by_surface, rest_of
     from stickslip.results.schema import in_system
     from stickslip.study.faults import WARNING
 
@@ -90,10 +91,12 @@ def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     if job.sweep is None:
         return values
     problem, (newtons, force) = job.sweep.problem, in_system("N", job.units)
-    limits = {"no_contacts": False, "contacts_stuck": True}
+    limits, at_rest = {"no_contacts": False, "contacts_stuck": True}, rest_of(problem)
+    loads = zip(problem.contacts, at_rest.get("rest_load", ()), strict=False)
     return values | {
         "frequencies": {name: problem.frequencies(stuck=stuck) for name, stuck in limits.items()},
-        "normal_loads": {name: newtons * load for name, load in normal_loads_at_rest(problem).items()},
+        "normal_loads": {contact.name: newtons * float(load) for contact, load in loads if contact.normal is not None},
+        "contacts_at_rest": by_surface(at_rest, job.units) if at_rest else [],
         "units": {"frequencies": "Hz", "normal_loads": force, "estimated_seconds": "s"},
     }
 
@@ -214,7 +217,7 @@ def export(
         Path,
         Option(
             help="NAME.csv, a table of the curves (peaks, bounds, percentiles, stress: NAME_peaks.csv, ...); NAME.mat for "
-            "MATLAB; NAME.vtu, the deformed shapes at the highest peaks for ParaView."
+            "MATLAB; NAME.vtu, the deformed shapes at the highest peaks for ParaView, contacts at rest: NAME_contacts.vtu."
         ),
     ],
     quantity: Annotated[
@@ -271,19 +274,20 @@ def export(
 
 
 def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool) -> None:
-    """Write the deformed shapes of each result; of several results NAME_RESULT.vtu."""
-    from stickslip.analyses.contacts_at_rest import fields_at_rest
+    """Write the deformed shapes of each result, and the nodes of its contact surfaces; of several results NAME_RESULT.vtu."""
     from stickslip.analyses.solved_points import has_shapes, kept_shapes
-    from stickslip.show.plots.deformed_shape import save_vtu
+    from stickslip.show.plots.deformed_shape import save_contacts_vtu, save_vtu
 
-    several = len(datasets) > 1
-    files = {out.with_name(f"{out.stem}_{name}.vtu") if several else out: dataset for name, dataset in datasets.items()}
+    files: dict[Path, Callable[[], Path]] = {}
+    for name, dataset in datasets.items():
+        path = out.with_name(f"{out.stem}_{name}.vtu") if len(datasets) > 1 else out
+        beside, on_nodes = path.with_name(f"{path.stem}_contacts.vtu"), dataset.sizes.get("contact_node")
+        files |= {beside: partial(save_contacts_vtu, dataset, beside)} if on_nodes else {}
+        if has_shapes(dataset) or not on_nodes:
+            files[path] = partial(save_vtu, kept_shapes(dataset) if has_shapes(dataset) else {}, path)
     refuse_existing(files, overwrite)
-    for path, dataset in files.items():
-        shapes = kept_shapes(dataset) if has_shapes(dataset) else {}
-        on_contacts = "contact_of_node" in dataset and has_shapes(dataset)
-        at_rest = fields_at_rest(dataset, dataset["shape_point"].values) if on_contacts else {}
-        say(f"Wrote {save_vtu(shapes, path, at_rest)}")
+    for save in files.values():
+        say(f"Wrote {save()}")
 
 
 def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:

@@ -434,24 +434,23 @@ def acted_upon(problem: Problem | None, tables: Tables, found: Found, notes: lis
 
 
 def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
-    """The problem after its steps of the static load, with a note on each."""
+    """The problem after its steps of the static load, with notes on what each moves, and on its contacts at rest."""
     if tables.study is not None and tables.study.analysis not in WITH_LOAD_STEPS:
         rule = f"need analysis = {' or '.join(WITH_LOAD_STEPS)}, but the analysis is {tables.study.analysis}"
         raise InputError(f"Load steps {rule}. Remove [[load_step]].")
-    steps = [build.load_step(each, tables.rotation, problem, tables.units) for each in tables.load_steps if each is not None]
-    pulled = dict.fromkeys(body for table in tables.load_steps if table is not None for body in table.pull)
-    pulls = [build.pull_on(body, axis) for body in pulled for axis in "xyz"]
+    given = [each for each in tables.load_steps if each is not None]
+    pulls = [build.pull_on(body, axis) for body in dict.fromkeys(body for each in given for body in each.pull) for axis in "xyz"]
     more = [pull for pull in pulls if pull.name not in [force.name for force in problem.forces]]
+    steps = [build.load_step(each, tables.rotation, problem, tables.units) for each in given]
     moved, found = load_history(problem.with_forces([*problem.forces, *more]), steps)
-    places = np.zeros(found[0][1].sliders.size)
-    records: list[dict[str, Any]] = []
+    places, records = np.zeros(found[0][1].sliders.size), list[dict[str, Any]]()
     for number, (loaded, rest) in enumerate(found, start=1):
         load = f"Step {number}" if number <= len(steps) else "The load of the study"
         slid, loose = (np.count_nonzero(each) for each in ((rest.sliders != places) & (rest.limits > 0.0), rest.limits == 0.0))
         notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load then")
         places = rest.sliders
         records += [{"load": load} | each for each in by_surface(rest_variables(loaded, rest), tables.units.system)]
-    notes += as_lines(records) if records else []
+    notes += as_lines([record for record in records if record["load"] != load])
     return moved.with_forces(problem.forces)
 
 

@@ -27,7 +27,7 @@ from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.curves.curve import HELD_BY_FRICTION, held_by_friction_alone
 from stickslip.study.analysis import Plan
 from stickslip.support import machine
-from stickslip.support.checks import LISTED, Array, counted, fault, first_of
+from stickslip.support.checks import Array, counted, fault, first_of
 from stickslip.support.kernels.cache import nothing_is_kept
 from stickslip.support.units import Band, UnitSystem
 
@@ -80,25 +80,14 @@ def _listed(frequencies: Array) -> str:
 
 
 def _loads(problem: Problem, when: str, system: UnitSystem | None) -> list[str]:
-    """A table of the contacts at rest, with a row for each surface; few by themselves in sentences: normal loads where they vary,
-    and the names of those that are open, or whose friction is at its limit."""
-    found, varying = rest_of(problem), [contact.name for contact in problem.contacts if contact.normal is not None]
-    if not found and varying:
+    """A table of the contacts at rest, or that no state of rest was found."""
+    found = rest_of(problem)
+    if not found and any(contact.normal is not None for contact in problem.contacts):
         held = " and that friction can hold them" if any(contact.law.rubs for contact in problem.contacts) else ""
         unknown = f"No static equilibrium was found{when}, so normal loads at rest are unknown."
         return [f"{unknown} Check that the static loads close the contacts{held}."]
-    records, unit = by_surface(found, system) if found else [], in_system("N", system)[1]
-    if len(records) > LISTED or any(record["contacts"] > 1 for record in records):
-        return [f"Contacts at rest{when}, with the least and largest values of single ones:", *as_lines(records)]
-    single = {record["surface"]: record for record in records}
-    loads = {name: single[name][f"normal load [{unit}]"] for name in varying if name in single}
-    closed = [f"{name} {load:.4g}" for name, load in loads.items() if load > 0.0]
-    open_, slipped = ([name for name, record in single.items() if record[key]] for key in ("open", "at friction limit"))
-    return [
-        *([f"Normal loads at rest in {unit}{when}: {first_of(closed)}."] if closed else []),
-        *([f"Open at rest{when}: {first_of(open_)}."] if open_ else []),
-        *([f"At the friction limit at rest{when}: {first_of(slipped)}."] if slipped else []),
-    ]
+    lines = as_lines(by_surface(found, system) if found else [])
+    return [f"Contacts at rest{when}; the values after the normal load are those of single contacts:", *lines] if lines else []
 
 
 POINTS = 300

@@ -49,6 +49,11 @@ Order = Annotated[int, Field(ge=1, le=10_000)]
 Matrix = Annotated[list[list[Number]], Words("list of rows")]
 
 
+Named = Annotated[dict[str, Number], Words("table of numbers")]
+NamedVectors = Annotated[dict[str, Vector], Words("table of lists")]
+NONE: Any = Field(default_factory=dict)
+
+
 def _where_form(value: Any) -> str:
     return "<number>" if isinstance(value, int) else "<list>" if isinstance(value, list) else "<single>"
 
@@ -145,16 +150,12 @@ class LoadStepTable(Table):
 
     factor: Annotated[Number | None, Field(description="factor of all static forces of the study")] = None
     speed: Annotated[NotNegative | None, Field(description="rotor speed in rev/min, which sets the load of [rotation]")] = None
-    static: Annotated[dict[str, Number], FORCE, Words("table of numbers")] = Field(default_factory=dict)
-    """{ NAME = static part of the [[force]] of this name }, in place of that of `factor`"""
-    pull: Annotated[dict[str, Vector], FORCE, Words("table of lists")] = Field(default_factory=dict)
-    """{ NAME = [x, y, z], the pull on the [[body]] of this name }"""
-    preload: Annotated[dict[str, Number], FORCE, Words("table of numbers")] = Field(default_factory=dict)
-    """{ NAME = N0 of the [[contact]] of this name }, in place of `preload` and `mean_pressure`, of a surface as a whole"""
-    gap: Annotated[dict[str, Number], LENGTH, Words("table of numbers")] = Field(default_factory=dict)
-    """{ NAME = gap of the [[contact]] of this name }; a negative gap is an interference"""
-    normal_load: Annotated[dict[str, NotNegative], FORCE, Words("table of numbers")] = Field(default_factory=dict)
-    """{ NAME = constant normal load of the [[contact]] of this name }"""
+    static: Annotated[Named, FORCE, Field(description="{ NAME = static part of that [[force]] }, whatever `factor` is")] = NONE
+    pull: Annotated[NamedVectors, FORCE, Field(description="{ NAME = [x, y, z], the pull on that [[body]] }")] = NONE
+    preload: Annotated[Named, FORCE] = NONE
+    """{ NAME = N0 of that [[contact]] }, in place of its `preload` and `mean_pressure`; of a surface as a whole"""
+    gap: Annotated[Named, LENGTH, Field(description="{ NAME = gap of that [[contact]] }; negative: an interference")] = NONE
+    normal_load: Annotated[Named, FORCE, Field(description="{ NAME = constant normal load of that [[contact]] }")] = NONE
 
 
 class AtSpeedTable(Table):

@@ -277,8 +277,8 @@ class Contact:
             )
             area, surface = each.share * self.area, self.surface
             if surface is not None:
-                share, further = each.share * surface.share, each.further + surface.further
-                surface = surface._replace(share=share, further=further, places=surface.places[k : k + 1])
+                more = each.share * surface.share, each.further + surface.further, surface.places[k : k + 1]
+                surface = OnSurface(surface.name, *more)
             parts: dict[str, Any] = {"area": area, "surface": surface}
             contacts.append(Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, **parts))
         return tuple(contacts) or (self,)

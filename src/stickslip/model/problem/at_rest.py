@@ -141,7 +141,7 @@ def contacts_at_rest(problem: Problem, rest: Rest) -> ContactsAtRest:
     np.minimum.at(apart, of_normal, -elements.pressed(rest.motion) / table.normal_stiffness)
     at_limit = elements.by_row((rest.state.slips != 0.0) & elements.loaded(rest.state.closed), 0.0)
     friction, slip, slips = (np.bincount(of_row, each, count) for each in ((rest.forces * tangential) ** 2, slid**2, at_limit))
-    state = np.where(varies & (load == 0.0), 0, np.where(slips > 0.0, 2, 1))
+    state = np.where(slips > 0.0, 2, np.where(varies & (load == 0.0), 0, 1))
     return ContactsAtRest(load, np.sqrt(friction), np.maximum(apart, 0.0), np.sqrt(slip), state)
 
 

@@ -84,9 +84,10 @@ def load_history(problem: Problem, steps: Sequence[float | LoadStep]) -> tuple[P
         raise fault("steps", "must contain a load", "none")
     if not any(_slides(contact, start) for contact in problem.contacts for start in contact.starts):
         raise InputError("Load steps need contacts whose friction starts from a slider offset, but there are none.")
-    ends = [_End.of(problem, step, f"Step {number}") for number, step in enumerate(loads, start=1)]
-    ends.append(_End.of(problem, LoadStep(), "The problem"))
-    unloaded = ends[0]._replace(static=np.zeros(len(problem.forces)))
+    ends = [_end(problem, step, f"Step {number}") for number, step in enumerate((*loads, LoadStep()), start=1)]
+    own = {place: getattr(problem.contacts[place[0]].law, place[1]) for end in ends for place in end.numbers}
+    ends = [end._replace(numbers=own | end.numbers) for end in ends]
+    unloaded = ends[0]._replace(static=0.0 * ends[0].static)
     moved, begin, found = problem.with_damping(None), None, list[AtRest]()  # the matrix of a damping rule is dear
     with suppress(InputError):  # parts that only a load presses on their contacts have no state of rest before it
         start = _Way(problem, unloaded, unloaded, "").at(moved, 0.0)
@@ -106,65 +107,38 @@ def load_history(problem: Problem, steps: Sequence[float | LoadStep]) -> tuple[P
 
 
 class _End(NamedTuple):
-    """What acts at an end of a way: the static part of each force [N], and the law of each contact."""
+    """What acts at an end of a way: the static part of each force [N], and numbers of laws by the contact and their key."""
 
     static: Array
-    laws: list[Any]
-
-    @classmethod
-    def of(cls, problem: Problem, step: LoadStep, what: str) -> _End:
-        """What acts at a step of a problem, which is called `what`."""
-        names = [force.name for force in problem.forces]
-        for name, value in step.static.items():
-            finite(f"{what}: static of {name}", value)
-            if not name or names.count(name) != 1:
-                raise fault(f"{what}: static", "must name single forces", name, nearest(name, [each for each in names if each]))
-        factor = finite(f"{what}: factor", step.factor)
-        static = [step.static.get(each.name, factor * each.static) for each in problem.forces]
-        return cls(np.array(static), _laws(problem.contacts, step, what))
-
-    def towards(self, other: _End, share: float) -> _End:
-        """What acts at a share of the way to another end."""
-        laws = [_between(one, two, share) for one, two in zip(self.laws, other.laws, strict=True)]
-        return _End((1.0 - share) * self.static + share * other.static, laws)
+    numbers: dict[tuple[int, str], Any]
 
 
-def _laws(contacts: Sequence[Contact], step: LoadStep, what: str) -> list[Any]:
-    """The law of each contact at a step."""
-    laws: list[Any] = [contact.law for contact in contacts]
+def _end(problem: Problem, step: LoadStep, what: str) -> _End:
+    """What acts at a step of a problem, which is called `what`, as far as it is not that of the problem."""
+    names, factor = [force.name for force in problem.forces], finite(f"{what}: factor", step.factor)
+    for name, value in step.static.items():
+        finite(f"{what}: static of {name}", value)
+        if not name or names.count(name) != 1:
+            raise fault(f"{what}: static", "must name single forces", name, nearest(name, [each for each in names if each]))
+    static = [step.static.get(force.name, factor * force.static) for force in problem.forces]
     parts: dict[str, list[tuple[int, OnSurface]]] = {}
-    for number, contact in enumerate(contacts):
-        if contact.surface is not None:
-            parts.setdefault(contact.surface.name, []).append((number, contact.surface))
-    parts |= {contact.name: [(number, OnSurface(contact.name))] for number, contact in enumerate(contacts)}
+    for number, contact in enumerate(problem.contacts):
+        for part in filter(None, (contact.surface, OnSurface(contact.name))):
+            parts.setdefault(part.name, []).append((number, part))
+    numbers: dict[tuple[int, str], Any] = {}
     for key, name, value in ((each, *item) for each in OF_CONTACTS for item in getattr(step, each).items()):
         finite(f"{what}: {key} of {name}", value)
         if name not in parts:
             raise fault(f"{what}: {key}", "must name contacts", name, nearest(name, parts))
         for number, part in parts[name]:
-            law = laws[number]
-            own = [each for each in OF_CONTACTS if _given(law, each) is not None]
-            if key not in own:
-                remedy = f"A step may state its {listed(own)}." if own else "Remove it."
+            law: Any = problem.contacts[number].law
+            known = [each for each in (("preload", "gap") if law.has_normal else ("normal_load",)) if hasattr(law, each)]
+            if key not in known:
+                remedy = f"A step may state its {listed(known)}." if known else "Remove it."
                 raise fault(f"{what}: {key} of {name}", "must be a number of its law", type(law).__name__, remedy)
-            size = np.size(getattr(law, "kt", 0.0))
-            new = value + part.further if key == "gap" else part.share * value / size
-            laws[number] = replace(law, **{key: new if size == 1 else (new,) * size})
-    return laws
-
-
-def _given(law: Any, key: str) -> Any:
-    """What a law says of the normal load, with or without a spring; None where it does not."""
-    return getattr(law, key, None) if law.has_normal == (key != "normal_load") else None
-
-
-def _between(one: Any, other: Any, share: float) -> Any:
-    """A law at a share of the way to another one, which differs in the normal load alone."""
-    if one is other:
-        return one
-    ends = {key: (_given(one, key), _given(other, key)) for key in OF_CONTACTS}
-    mixed = {k: (1.0 - share) * np.asarray(a) + share * np.asarray(b) for k, (a, b) in ends.items() if a is not None}
-    return replace(one, **{key: tuple(value.tolist()) if value.ndim else float(value) for key, value in mixed.items()})
+            size = np.size(getattr(law, "kt", 0.0))  # of an array its elements, which share a total
+            numbers[number, key] = value + part.further if key == "gap" else np.full(size, part.share * value / size).squeeze()
+    return _End(np.array(static), numbers)
 
 
 class _Way:
@@ -177,14 +151,19 @@ class _Way:
 
     def at(self, problem: Problem, share: float) -> AtRest:
         """The problem under the load at a share of the way, its sliders where that moves them, on the coordinates it needs."""
-        static, laws = self.before.towards(self.after, share)
+        static = (1.0 - share) * self.before.static + share * self.after.static
         forces = [replace(force, static=size) for force, size in zip(self.problem.forces, static.tolist(), strict=True)]
-        contacts = [contact.with_law(law) for contact, law in zip(problem.contacts, laws, strict=True)]
-        for contact, own in zip(contacts, self.problem.contacts, strict=True):
-            if contact.balanced and contact.normal is not None and contact.law is not own.law:  # whose counter-force stays
-                normals = [each.elements.normal for each in (own, contact)]
-                then, now = (0.0 if each is None else float(each.forces(0.0).sum()) for each in normals)
-                forces.append(Force(contact.normal, static=then - now))
+        contacts = list(problem.contacts)
+        for (number, key), value in self.before.numbers.items():
+            mixed = (1.0 - share) * np.asarray(value) + share * np.asarray(self.after.numbers[number, key])
+            law: Any = contacts[number].law
+            law = replace(law, **{key: tuple(mixed.tolist()) if mixed.ndim else float(mixed)})
+            contacts[number] = contacts[number].with_law(law)
+        for number in {place[0] for place in self.before.numbers}:
+            now, own = contacts[number], self.problem.contacts[number]
+            if now.balanced and now.normal is not None and now.elements.normal and own.elements.normal:
+                more = own.elements.normal.forces(0.0).sum() - now.elements.normal.forces(0.0).sum()
+                forces.append(Force(now.normal, static=float(more)))  # the counter-force stays that of the problem
         loaded, rest = resting(replace(problem, forces=tuple(forces), contacts=tuple(contacts)), at_rest)
         if rest is None:
             raise InputError(
@@ -211,7 +190,12 @@ class _Way:
         whole, middle = end or self.at(problem, high), 0.5 * (low + high)
         if halvings == 0:
             return whole
-        half = self.at(problem, middle)
+        try:
+            half = self.at(problem, middle)
+        except InputError:
+            if begin is not None:
+                raise
+            return whole  # what presses without a load has kept the parts apart so far
         finer = self.at(half[0], high)
         rest = finer[1]
         uncertain = [rest.sliders - whole[1].sliders]
