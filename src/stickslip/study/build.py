@@ -334,8 +334,7 @@ def load_step(table: LoadStepTable, rotation: RotationTable | None, problem: Pro
             raise InputError(f"speed = {table.speed:g} needs [rotation]. Add it, or give a factor of all static forces.")
         square = (table.speed / rotation.speed) ** 2
         static |= {force.name: square * force.static for force in problem.forces if isinstance(force, CentrifugalLoad)}
-    factor = 1.0 if table.factor is None else table.factor
-    return LoadStep(factor, static | values["static"], **{key: values[key] for key in OF_CONTACTS})
+    return LoadStep(table.factor, static | values["static"], **{key: values[key] for key in OF_CONTACTS})
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

@@ -8,8 +8,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from stickslip.analyses.contacts_at_rest import as_lines, by_surface, rest_variables
 from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
@@ -64,7 +62,7 @@ from stickslip.study.tables import (
     SweepTable,
 )
 from stickslip.study.toml_text import with_line
-from stickslip.support.checks import Faults, InputError, counted, fault, nearest, similar_file, storable
+from stickslip.support.checks import Faults, InputError, fault, nearest, similar_file, storable
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import UNIT_SYSTEMS, Band, UnitSystem
 
@@ -434,7 +432,7 @@ def acted_upon(problem: Problem | None, tables: Tables, found: Found, notes: lis
 
 
 def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
-    """The problem after its steps of the static load, with notes on what each moves, and on its contacts at rest."""
+    """The problem after its steps of the static load, with notes on its contacts at rest after each."""
     if tables.study is not None and tables.study.analysis not in WITH_LOAD_STEPS:
         rule = f"need analysis = {' or '.join(WITH_LOAD_STEPS)}, but the analysis is {tables.study.analysis}"
         raise InputError(f"Load steps {rule}. Remove [[load_step]].")
@@ -443,14 +441,12 @@ def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
     more = [pull for pull in pulls if pull.name not in [force.name for force in problem.forces]]
     steps = [build.load_step(each, tables.rotation, problem, tables.units) for each in given]
     moved, found = load_history(problem.with_forces([*problem.forces, *more]), steps)
-    places, records = np.zeros(found[0][1].sliders.size), list[dict[str, Any]]()
-    for number, (loaded, rest) in enumerate(found, start=1):
-        load = f"Step {number}" if number <= len(steps) else "The load of the study"
-        slid, loose = (np.count_nonzero(each) for each in ((rest.sliders != places) & (rest.limits > 0.0), rest.limits == 0.0))
-        notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load then")
-        places = rest.sliders
-        records += [{"load": load} | each for each in by_surface(rest_variables(loaded, rest), tables.units.system)]
-    notes += as_lines([record for record in records if record["load"] != load])
+    rests = {f"step {number}": rest_variables(*each) for number, each in enumerate(found[:-1], start=1)}
+    records = [{"load": load} | each for load, rest in rests.items() for each in by_surface(rest, tables.units.system)]
+    notes += [
+        "Contacts at rest after each step; the values after the normal load are those of single contacts:",
+        *as_lines(records),
+    ]
     return moved.with_forces(problem.forces)
 
 

@@ -148,7 +148,7 @@ class LoadStepTable(Table):
 
     at_most_one: ClassVar[Groups] = (("factor", "speed"),)
 
-    factor: Annotated[Number | None, Field(description="factor of all static forces of the study")] = None
+    factor: Annotated[Number, Field(description="factor of all static forces of the study")] = 1.0
     speed: Annotated[NotNegative | None, Field(description="rotor speed in rev/min, which sets the load of [rotation]")] = None
     static: Annotated[Named, FORCE, Field(description="{ NAME = static part of that [[force]] }, whatever `factor` is")] = NONE
     pull: Annotated[NamedVectors, FORCE, Field(description="{ NAME = [x, y, z], the pull on that [[body]] }")] = NONE
