@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.model.contact.point import OnSurface
 from stickslip.model.problem import Problem
-from stickslip.model.problem.at_rest import ContactsAtRest, Rest, at_rest, contacts_at_rest
+from stickslip.model.problem.at_rest import at_rest, rest_variables
 from stickslip.model.problem.meshed import resting
 from stickslip.results.schema import in_system, system_of
 from stickslip.support.checks import Array
@@ -26,15 +25,6 @@ def rest_of(problem: Problem) -> dict[str, Any]:
         return {}
     loaded, rest = resting(problem, at_rest)
     return {} if rest is None else rest_variables(loaded, rest)
-
-
-def rest_variables(problem: Problem, rest: Rest) -> dict[str, Any]:
-    """The variables of the table `contacts_at_rest` by name."""
-    parts = [contact.surface or OnSurface(contact.name) for contact in problem.contacts]
-    found = {f"rest_{key}": value for key, value in contacts_at_rest(problem, rest)._asdict().items()}
-    found["contact_surface"] = np.array([part.name for part in parts])
-    found["contact_node_place"] = np.concatenate([part.places for part in parts])
-    return found | {"contact_of_node": np.repeat(np.arange(len(parts)), [len(part.places) for part in parts])}
 
 
 def by_surface(found: Mapping[str, Any] | xr.Dataset, system: UnitSystem | None = None) -> list[dict[str, Any]]:
@@ -71,10 +61,11 @@ def as_lines(records: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def fields_at_rest(dataset: xr.Dataset) -> dict[str, Array]:
     """The contacts at rest at each contact node, by names with the units of the study; the pressure where areas are known."""
-    known = {key: dataset[f"rest_{key}"] for key in ContactsAtRest._fields}
-    if "contact_area" in dataset and dataset["contact_area"].values[dataset["contact_of_node"].values].all():
-        known["pressure"] = (known["load"] / dataset["contact_area"]).assign_attrs(units="Pa")
-    sizes = {key: in_system(values.attrs["units"], system_of(dataset)) for key, values in known.items()}
-    heads = {key: f"{key} at rest{'' if unit == '1' else f' [{unit}]'}" for key, (_, unit) in sizes.items()}
-    of_node = dataset["contact_of_node"].values
-    return {heads[key]: sizes[key][0] * values.values[of_node] for key, values in known.items()}
+    of_node, fields = dataset["contact_of_node"].values, {}
+    known = {str(name): values[of_node] for name, values in dataset.data_vars.items() if str(name).startswith("rest_")}
+    if "contact_area" in dataset and dataset["contact_area"][of_node].all():
+        known["rest_pressure"] = (known["rest_load"] / dataset["contact_area"][of_node]).assign_attrs(units="Pa")
+    for name, values in known.items():
+        factor, unit = in_system(values.attrs["units"], system_of(dataset))
+        fields[f"{name.removeprefix('rest_')} at rest{'' if unit == '1' else f' [{unit}]'}"] = factor * values.values
+    return fields

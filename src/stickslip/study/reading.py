@@ -8,13 +8,14 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from stickslip.analyses.contacts_at_rest import as_lines, by_surface, rest_variables
+from stickslip.analyses.contacts_at_rest import as_lines, by_surface
 from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
 from stickslip.model.contact.point import GROUND, Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
+from stickslip.model.problem.at_rest import rest_variables
 from stickslip.model.problem.load_steps import load_history
 from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.problem.truncation import REACH

@@ -88,16 +88,15 @@ def load_history(problem: Problem, steps: Sequence[float | LoadStep]) -> tuple[P
     own = {place: getattr(problem.contacts[place[0]].law, place[1]) for end in ends for place in end.numbers}
     ends = [end._replace(numbers=own | end.numbers) for end in ends]
     unloaded = ends[0]._replace(static=0.0 * ends[0].static)
-    moved, begin, found = problem.with_damping(None), None, list[AtRest]()  # the matrix of a damping rule is dear
+    start: tuple[Problem, Rest | None] = problem.with_damping(None), None  # the matrix of a damping rule is dear
     with suppress(InputError):  # parts that only a load presses on their contacts have no state of rest before it
-        start = _Way(problem, unloaded, unloaded, "").at(moved, 0.0)
-        if np.any(start[1].forces):  # what presses without a load may let sliders slip already
-            moved, begin = start
-    halvings = int(np.ceil(np.log2(1.0 / SETTLED)))
+        pressed = _Way(problem, unloaded, unloaded, "").at(start[0], 0.0)
+        if np.any(pressed[1].forces):  # what presses without a load may let sliders slip already
+            start = pressed
+    halvings, found = int(np.ceil(np.log2(1.0 / SETTLED))), list[AtRest]()
     for number, (before, after) in enumerate(pairwise([unloaded, *ends]), start=1):
         way = _Way(problem, before, after, f"step {number}" if number <= len(loads) else "the problem, after all steps")
-        moved, begin = way.along(moved, begin, 0.0, 1.0, halvings)
-        found.append((moved, begin))
+        found.append(way.along(found[-1] if found else start, 0.0, 1.0, halvings))
     _, rest = found[-1]
     carried = np.abs(contact_table(problem.contacts).stiffness * rest.sliders).max(initial=0.0)
     if np.finfo(float).eps * carried > SETTLED * np.abs(rest.forces).max():
@@ -173,20 +172,15 @@ class _Way:
         return with_sliders(loaded, rest.sliders), rest
 
     def along(
-        self,
-        problem: Problem,
-        begin: Rest | None,
-        low: float,
-        high: float,
-        halvings: int,
-        end: AtRest | None = None,
+        self, start: tuple[Problem, Rest | None], low: float, high: float, halvings: int, end: AtRest | None = None
     ) -> AtRest:
         """The problem and its contacts at rest at the end of a part of the way; end: the same in one piece, where that is known.
 
         The part is halved where both halves leave a slider elsewhere than the whole, where one does not go straight through its
-        middle, since friction then begins or ends to slip, and where one may have moved before its contact closed. Of the
-        beginning, which may not hold all parts yet, nothing is known but what its halves say.
+        middle, since friction then begins or ends to slip, and where one may have moved before its contact closed. Of a start
+        without a state of rest, which may not hold all parts yet, nothing is known but what its halves say.
         """
+        problem, begin = start
         whole, middle = end or self.at(problem, high), 0.5 * (low + high)
         if halvings == 0:
             return whole
@@ -204,8 +198,7 @@ class _Way:
             uncertain += [half[1].sliders - 0.5 * (begin.sliders + rest.sliders), closes * (rest.motion - begin.motion)[self.row]]
         if np.abs(uncertain).max(initial=0.0) <= SETTLED * np.abs(rest.motion[self.row]).max(initial=0.0):
             return finer
-        problem, rest = self.along(problem, begin, low, middle, halvings - 1, half)
-        return self.along(problem, rest, middle, high, halvings - 1)
+        return self.along(self.along(start, low, middle, halvings - 1, half), middle, high, halvings - 1)
 
 
 def with_sliders(problem: Problem, sliders: Array) -> Problem:

@@ -37,8 +37,7 @@ SOFTEST_NORMAL, STIFFEST_NORMAL = 1.0 / 1.2, 1e3
 thin layers and strips up to a hundred. Measured ones scatter: a fifth below 1 is let pass."""
 
 LEFT = 0.5
-"""Share of a preload that is left at rest, below which what contacts join is softer than they are; the end of the name of a
-contact among those of its surface."""
+"""Share of a preload that is left at rest, below which what contacts join is softer than they are."""
 
 LEAST_RATIO = 1e-9
 """A damping ratio below which rounding may decide its sign."""
