@@ -31,23 +31,23 @@ def by_surface(found: Mapping[str, Any] | xr.Dataset, system: UnitSystem | None 
     """A record for each contact surface, and for each contact by itself, by heads with their units; sums, and largest values."""
     (newton, force), (metre, length) = in_system("N", system), in_system("m", system)
     load, friction, gap, slip, state = (np.asarray(found[f"rest_{key}"]) for key in ("load", "friction", "gap", "slip", "state"))
-    names, records = np.asarray(found["contact_surface"]), []
-    for name in dict.fromkeys(names[np.isfinite(load)].tolist()):
-        own = names == name
-        counts = {"contacts": own, "open": own & (state == 0), "at friction limit": own & (state == 2)}
-        forces = {
-            "normal load": load[own].sum(),
-            "least": load[own].min(),
-            "largest": load[own].max(),
-            "friction": friction[own].max(),
+    names = np.asarray(found["contact_surface"])
+    return [
+        {
+            "surface": name,
+            "contacts": int(own.sum()),
+            "open": int(np.sum(state[own] == 0)),
+            "at friction limit": int(np.sum(state[own] == 2)),
+            f"normal load [{force}]": newton * float(load[own].sum()),
+            f"least [{force}]": newton * float(load[own].min()),
+            f"largest [{force}]": newton * float(load[own].max()),
+            f"friction [{force}]": newton * float(friction[own].max()),
+            f"slip [{length}]": metre * float(slip[own].max()),
+            f"gap [{length}]": metre * float(gap[own].max()),
         }
-        records.append(
-            {"surface": name}
-            | {key: int(np.sum(each)) for key, each in counts.items()}
-            | {f"{key} [{force}]": newton * float(value) for key, value in forces.items()}
-            | {f"slip [{length}]": metre * float(slip[own].max()), f"gap [{length}]": metre * float(gap[own].max())}
-        )
-    return records
+        for name in dict.fromkeys(names[np.isfinite(load)].tolist())
+        for own in [names == name]
+    ]
 
 
 def as_lines(records: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -278,16 +277,14 @@ def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool
     from stickslip.analyses.solved_points import has_shapes, kept_shapes
     from stickslip.show.plots.deformed_shape import save_contacts_vtu, save_vtu
 
-    files: dict[Path, Callable[[], Path]] = {}
-    for name, dataset in datasets.items():
-        path = out.with_name(f"{out.stem}_{name}.vtu") if len(datasets) > 1 else out
-        beside, on_nodes = path.with_name(f"{path.stem}_contacts.vtu"), dataset.sizes.get("contact_node")
-        files |= {beside: partial(save_contacts_vtu, dataset, beside)} if on_nodes else {}
-        if has_shapes(dataset) or not on_nodes:
-            files[path] = partial(save_vtu, kept_shapes(dataset) if has_shapes(dataset) else {}, path)
-    refuse_existing(files, overwrite)
-    for save in files.values():
-        say(f"Wrote {save()}")
+    files = {out.with_name(f"{out.stem}_{name}.vtu") if len(datasets) > 1 else out: each for name, each in datasets.items()}
+    nodes = {path.with_name(f"{path.stem}_contacts.vtu"): each for path, each in files.items() if each.sizes.get("contact_node")}
+    files = {path: each for path, each in files.items() if has_shapes(each) or not each.sizes.get("contact_node")}
+    refuse_existing([*files, *nodes], overwrite)
+    for path, dataset in files.items():
+        say(f"Wrote {save_vtu(kept_shapes(dataset) if has_shapes(dataset) else {}, path)}")
+    for path, dataset in nodes.items():
+        say(f"Wrote {save_contacts_vtu(dataset, path)}")
 
 
 def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:

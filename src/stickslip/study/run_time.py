@@ -83,9 +83,7 @@ def _loads(problem: Problem, when: str, system: UnitSystem | None) -> list[str]:
     """A table of the contacts at rest, or that no state of rest was found."""
     found = rest_of(problem)
     if not found and any(contact.normal is not None for contact in problem.contacts):
-        held = " and that friction can hold them" if any(contact.law.rubs for contact in problem.contacts) else ""
-        unknown = f"No static equilibrium was found{when}, so normal loads at rest are unknown."
-        return [f"{unknown} Check that the static loads close the contacts{held}."]
+        return [f"No static equilibrium was found{when}: check that the static loads close contacts and friction holds them."]
     lines = as_lines(by_surface(found, system) if found else [])
     return [f"Contacts at rest{when}; the values after the normal load are those of single contacts:", *lines] if lines else []
 

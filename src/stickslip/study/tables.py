@@ -50,7 +50,6 @@ Matrix = Annotated[list[list[Number]], Words("list of rows")]
 
 
 Named = Annotated[dict[str, Number], Words("table of numbers")]
-NamedVectors = Annotated[dict[str, Vector], Words("table of lists")]
 NONE: Any = Field(default_factory=dict)
 
 
@@ -151,7 +150,8 @@ class LoadStepTable(Table):
     factor: Annotated[Number, Field(description="factor of all static forces of the study")] = 1.0
     speed: Annotated[NotNegative | None, Field(description="rotor speed in rev/min, which sets the load of [rotation]")] = None
     static: Annotated[Named, FORCE, Field(description="{ NAME = static part of that [[force]] }, whatever `factor` is")] = NONE
-    pull: Annotated[NamedVectors, FORCE, Field(description="{ NAME = [x, y, z], the pull on that [[body]] }")] = NONE
+    pull: Annotated[dict[str, Vector], Words("table of lists"), FORCE] = NONE
+    """{ NAME = [x, y, z], the pull on that [[body]] }"""
     preload: Annotated[Named, FORCE] = NONE
     """{ NAME = N0 of that [[contact]] }, in place of its `preload` and `mean_pressure`; of a surface as a whole"""
     gap: Annotated[Named, LENGTH, Field(description="{ NAME = gap of that [[contact]] }; negative: an interference")] = NONE

@@ -157,7 +157,7 @@ class PatchNode:
     """A node of a patch of a contact surface, for which the contact of the patch stands.
 
     name, tangential, normal: of the contact that it has where each node has its own; share: of the patch, by area; further: how
-    much larger its gap is than that of the patch [m].
+    much larger its gap is than that of the patch [m]; surface: the part of that contact in the whole.
     """
 
     name: str
@@ -165,6 +165,7 @@ class PatchNode:
     tangential: tuple[Direction, ...]
     normal: Direction | None
     further: float = 0.0
+    surface: OnSurface | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -267,7 +268,7 @@ class Contact:
     def at_nodes(self) -> "tuple[Contact, ...]":
         """The contacts of the nodes of a patch, which share its law and mean traction by area; of any other contact itself."""
         contacts = []
-        for k, each in enumerate(self.nodes):
+        for each in self.nodes:
             law: Any = self.law.share(each.share)
             if each.further:
                 law = replace(law, gap=law.gap + each.further)
@@ -275,11 +276,7 @@ class Contact:
                 replace(start, value=np.multiply(each.share, start.value).tolist()) if isinstance(start, MeanTraction) else start
                 for start in self.starts
             )
-            area, surface = each.share * self.area, self.surface
-            if surface is not None:
-                more = each.share * surface.share, each.further + surface.further, surface.places[k : k + 1]
-                surface = OnSurface(surface.name, *more)
-            parts: dict[str, Any] = {"area": area, "surface": surface}
+            parts: dict[str, Any] = {"area": each.share * self.area, "surface": each.surface}
             contacts.append(Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, **parts))
         return tuple(contacts) or (self,)
 

@@ -117,12 +117,12 @@ class Damper:
         if len(opposite) != len(points):
             raise fault(f"Places opposite surface {surface!r}", f"must be one, or {len(points)}, one per point", len(opposite))
         title = f"{self.label or self.name} {surface}"
+        shares = np.asarray(place.weights).tolist()
         contacts = (
-            contact_in_space(f"{title} {i + 1}", law(float(weight)), opposite[i], self.at(point), place.frame, start)
-            for i, (point, weight) in enumerate(zip(points, np.asarray(place.weights), strict=True))
+            contact_in_space(f"{title} {i + 1}", law(share), there, self.at(point), place.frame, start)
+            for i, (share, there, point) in enumerate(zip(shares, opposite, points, strict=True))
         )
-        pairs = zip(contacts, np.asarray(place.weights).tolist(), strict=True)
-        return tuple(replace(contact, surface=OnSurface(title, weight)) for contact, weight in pairs)
+        return tuple(replace(contact, surface=OnSurface(title, share)) for contact, share in zip(contacts, shares, strict=True))
 
     def forces(self) -> tuple[Force, ...]:
         """The centrifugal pull as static forces at the mass centre."""

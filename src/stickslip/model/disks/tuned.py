@@ -327,9 +327,8 @@ class TunedDisk(Problem):
             )
         tangential = tuple(self._named(direction, sector) for direction in contact.tangential)
         normal = None if contact.normal is None else self._named(contact.normal, sector)
-        name, part = f"{sector} {contact.name}", contact.surface
-        part = part and OnSurface(f"{sector} {part.name}", part.share, part.further)
-        return replace(contact, name=name, tangential=tangential, normal=normal, nodes=(), surface=part)
+        part = contact.surface and OnSurface(contact.surface.name, contact.surface.share, contact.surface.further)
+        return replace(contact, name=f"{sector} {contact.name}", tangential=tangential, normal=normal, nodes=(), surface=part)
 
 
 def _under_orders(force: Force, factors: Mapping[int, complex]) -> Force:

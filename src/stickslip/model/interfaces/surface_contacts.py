@@ -95,7 +95,7 @@ def surface_contacts(
         shares = _shares(surface, members)
         further = gaps[members] - shares @ gaps[members]
         nodes = [
-            PatchNode(nodal[k].name, float(share), nodal[k].tangential, nodal[k].normal, float(gap))
+            PatchNode(nodal[k].name, float(share), nodal[k].tangential, nodal[k].normal, float(gap), nodal[k].surface)
             for k, share, gap in zip(members, shares, further, strict=True)
         ]
         patches.append(replace(together(f"{name} {number}", members), nodes=tuple(nodes)))

@@ -66,12 +66,8 @@ def after_load_steps(problem: Problem, steps: Sequence[float | LoadStep]) -> Pro
     return moved
 
 
-AtRest = tuple["Problem", Rest]
-"""A problem with its sliders where a load leaves them, and its contacts at rest under that."""
-
-
-def load_history(problem: Problem, steps: Sequence[float | LoadStep]) -> tuple[Problem, list[AtRest]]:
-    """As `after_load_steps`, with the problem and its contacts at rest under the load of each step and under its own."""
+def load_history(problem: Problem, steps: Sequence[float | LoadStep]) -> tuple[Problem, list[tuple[Problem, Rest]]]:
+    """As `after_load_steps`, with the problem, without damping, and its contacts at rest under each load, its own last."""
     refuse_speed(problem, "Load steps")
     loads = [step if isinstance(step, LoadStep) else LoadStep(step) for step in several("steps", steps)]
     discs = [contact.name for contact in problem.contacts if contact.law.couples_directions]
@@ -93,7 +89,7 @@ def load_history(problem: Problem, steps: Sequence[float | LoadStep]) -> tuple[P
         pressed = _Way(problem, unloaded, unloaded, "").at(start[0], 0.0)
         if np.any(pressed[1].forces):  # what presses without a load may let sliders slip already
             start = pressed
-    halvings, found = int(np.ceil(np.log2(1.0 / SETTLED))), list[AtRest]()
+    halvings, found = int(np.ceil(np.log2(1.0 / SETTLED))), list[Any]()
     for number, (before, after) in enumerate(pairwise([unloaded, *ends]), start=1):
         way = _Way(problem, before, after, f"step {number}" if number <= len(loads) else "the problem, after all steps")
         found.append(way.along(found[-1] if found else start, 0.0, 1.0, halvings))
@@ -148,7 +144,7 @@ class _Way:
         table = contact_table(problem.contacts)
         self.row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
 
-    def at(self, problem: Problem, share: float) -> AtRest:
+    def at(self, problem: Problem, share: float) -> tuple[Problem, Rest]:
         """The problem under the load at a share of the way, its sliders where that moves them, on the coordinates it needs."""
         static = (1.0 - share) * self.before.static + share * self.after.static
         forces = [replace(force, static=size) for force, size in zip(self.problem.forces, static.tolist(), strict=True)]
@@ -156,8 +152,9 @@ class _Way:
         for (number, key), value in self.before.numbers.items():
             mixed = (1.0 - share) * np.asarray(value) + share * np.asarray(self.after.numbers[number, key])
             law: Any = contacts[number].law
-            law = replace(law, **{key: tuple(mixed.tolist()) if mixed.ndim else float(mixed)})
-            contacts[number] = contacts[number].with_law(law)
+            contacts[number] = contacts[number].with_law(
+                replace(law, **{key: tuple(mixed.tolist()) if mixed.ndim else float(mixed)})
+            )
         for number in {place[0] for place in self.before.numbers}:
             now, own = contacts[number], self.problem.contacts[number]
             if now.balanced and now.normal is not None and now.elements.normal and own.elements.normal:
@@ -172,8 +169,8 @@ class _Way:
         return with_sliders(loaded, rest.sliders), rest
 
     def along(
-        self, start: tuple[Problem, Rest | None], low: float, high: float, halvings: int, end: AtRest | None = None
-    ) -> AtRest:
+        self, start: tuple[Problem, Rest | None], low: float, high: float, halvings: int, end: tuple[Problem, Rest] | None = None
+    ) -> tuple[Problem, Rest]:
         """The problem and its contacts at rest at the end of a part of the way; end: the same in one piece, where that is known.
 
         The part is halved where both halves leave a slider elsewhere than the whole, where one does not go straight through its

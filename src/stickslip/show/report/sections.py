@@ -231,11 +231,9 @@ def states(datasets: Datasets, charts: Charts) -> str:
     html = "".join(
         charts.drawn("chart-states", contact_states(dataset, MOST_SHOWN), "", label) for label, dataset in datasets.items()
     )
-    at_rest = {label: by_surface(dataset, system_of(dataset)) for label, dataset in datasets.items() if "rest_load" in dataset}
-    html += "".join(
-        framed(f"rest-{place}", f"{label}: contacts at rest", pd.DataFrame(records))
-        for place, (label, records) in enumerate(at_rest.items())
-    )
+    for place, (label, dataset) in enumerate(datasets.items()):
+        if "rest_load" in dataset:
+            html += framed(f"rest-{place}", f"{label}: contacts at rest", pd.DataFrame(by_surface(dataset, system_of(dataset))))
     return section("states", "Contact states", note, html)
 
 
