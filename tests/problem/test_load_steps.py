@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.model.contact.point import OnSurface
 from stickslip.model.problem.at_rest import at_rest
 from stickslip.model.problem.load_steps import load_history
 
@@ -182,6 +183,36 @@ def test_the_order_of_steps_matters_only_through_sliding():
     loose = [ss.LoadStep(factor, preload={"shroud": 0.0}) for factor in (2.0, 0.0)]
     for given, expected in ((loose, 0.0), (loose[::-1], 6.0)):
         assert place(ss.after_load_steps(shrouded(preload=30.0), given)) == pytest.approx(expected, abs=1e-12)
+
+
+def test_shares_and_gaps_of_a_surface_are_those_of_its_nodes():
+    """Two nodes with a quarter and three quarters of a surface, of which the mesh holds one 0.5 m off: each as it would be alone.
+
+    Alone the parts are in planes of their own, so that only their own numbers move them."""
+    structure = ss.Structure(np.eye(4), np.diag([2.0, 4.0, 2.0, 4.0]), ("1.x", "1.z", "2.x", "2.z"), C=np.eye(4))
+    forces = (
+        ss.Force("1.x", 1.0, static=6.0),
+        ss.Force("2.x", static=6.0),
+        ss.Force("1.z", static=9.0),
+        ss.Force("2.z", static=9.0),
+    )
+    law, parts = ss.Macroslip(kt=3.0, mu=0.5, kn=8.0, preload=2.0), (OnSurface("S", 0.25), OnSurface("S", 0.75, 0.5))
+
+    def problem(names):
+        contacts = [
+            ss.Contact(
+                name, replace(law.share(part.share), gap=part.further), ({f"{k}.x": 1.0},), {f"{k}.z": 1.0}, surface=surface
+            )
+            for k, (name, part, surface) in enumerate(zip(("a", "b"), parts, names, strict=True), start=1)
+        ]
+        return ss.Problem(structure, tuple(contacts), forces, ("1.x",))
+
+    together = ss.after_load_steps(problem(parts), [ss.LoadStep(2.0, preload={"S": 16.0}, gap={"S": -0.25})])
+    single = ss.LoadStep(2.0, preload={"a": 4.0, "b": 12.0}, gap={"a": -0.25, "b": 0.25})
+    alone = ss.after_load_steps(problem((None, None)), [single])
+    for k in range(2):
+        assert place(together, k) == pytest.approx(place(alone, k), rel=1e-12)
+        assert place(together, k) > 0.1
 
 
 def test_each_element_of_an_array_has_its_share():

@@ -150,11 +150,9 @@ class _Way:
         forces = [replace(force, static=size) for force, size in zip(self.problem.forces, static.tolist(), strict=True)]
         contacts = list(problem.contacts)
         for (number, key), value in self.before.numbers.items():
-            mixed = (1.0 - share) * np.asarray(value) + share * np.asarray(self.after.numbers[number, key])
+            mixed = ((1.0 - share) * np.asarray(value) + share * np.asarray(self.after.numbers[number, key])).tolist()
             law: Any = contacts[number].law
-            contacts[number] = contacts[number].with_law(
-                replace(law, **{key: tuple(mixed.tolist()) if mixed.ndim else float(mixed)})
-            )
+            contacts[number] = contacts[number].with_law(replace(law, **{key: tuple(mixed) if np.ndim(mixed) else mixed}))
         for number in {place[0] for place in self.before.numbers}:
             now, own = contacts[number], self.problem.contacts[number]
             if now.balanced and now.normal is not None and now.elements.normal and own.elements.normal:
