@@ -191,8 +191,8 @@ def test_shares_and_gaps_of_a_surface_are_those_of_its_nodes():
     Alone the parts are in planes of their own, so that only their own numbers move them."""
     structure = ss.Structure(np.eye(4), np.diag([2.0, 4.0, 2.0, 4.0]), ("1.x", "1.z", "2.x", "2.z"), C=np.eye(4))
     forces = (
-        ss.Force("1.x", 1.0, static=6.0),
-        ss.Force("2.x", static=6.0),
+        ss.Force("1.x", 1.0, static=18.0),
+        ss.Force("2.x", static=18.0),
         ss.Force("1.z", static=9.0),
         ss.Force("2.z", static=9.0),
     )
