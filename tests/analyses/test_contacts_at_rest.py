@@ -138,3 +138,12 @@ def test_patches_and_many_contacts():
     loose = ss.Structure(np.eye(2), np.diag([1.0, 0.0]), ("m.x", "m.z"), C=np.eye(2))
     floor = ss.Contact("floor", ss.Macroslip(1.0, 0.5, kn=1.0), ({"m.x": 1.0},), {"m.z": 1.0})
     assert rest_of(ss.Problem(loose, (floor,), (ss.Force("m.x", 1.0), ss.Force("m.z", static=-1.0)), ("m.x",))) == {}
+
+
+def test_a_start_state_that_is_no_place_is_no_slip():
+    """A traction ratio of one half carries μN/2 = 0.5 N, and no slider has gone anywhere."""
+    law = ss.Macroslip(kt=1.0, mu=0.5, normal_load=2.0)
+    pad = ss.Contact("pad", law, ({"m.x": 1.0},), start=ss.TractionRatio(0.5))
+    (record,) = by_surface(rest_of(pads(pad, along=1.0)))
+    assert record["slip [m]"] == 0.0
+    assert record["friction [N]"] == pytest.approx(0.5)
