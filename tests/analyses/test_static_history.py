@@ -10,7 +10,7 @@ import stickslip as ss
 from stickslip.analyses.static_history import seated_balance
 from stickslip.analyses.truncation import finer_sentences
 from stickslip.model.contact.point import SliderOffset
-from stickslip.model.problem.at_rest import at_friction_limit, at_rest, seated
+from stickslip.model.problem.at_rest import at_rest, rest_variables, seated
 from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.structure.matrices import Structure
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -134,7 +134,7 @@ def test_where_the_history_does_not_matter_it_is_said_why():
     assert across[1] == "The history of the static load does not matter: the load moves no slider."
     assert np.isnan(found(beside_a_wall(), [0.2])[0])
     sliding = beside_a_wall(grip=0.5)  # under a load of its own
-    assert at_friction_limit(sliding, at_rest(sliding)) == ["wall"]
+    assert rest_variables(sliding, at_rest(sliding))["rest_state"].tolist() == [2, 1]
     assert found(beside_a_wall(grip=0.0))[0] == pytest.approx(0.0, abs=1e-6)
     loose = ss.Structure(np.diag([1.0, 1.0]), np.diag([1.5, 0.0]), ("1.x", "1.y"), C=0.02 * np.eye(2))
     held = ss.Contact("wall", ss.Macroslip(KT, 1.0, normal_load=10.0), ({"1.y": 1.0, "1.x": 0.5},))
@@ -155,7 +155,7 @@ def test_small_vibrations_of_contacts_that_are_open_at_rest(weak, said):
     problem = ss.Problem(
         structure, (lifted, pressed), (ss.Force("1.x", 1.0, static=1.0), ss.Force("1.y", 0.0, static=-1.0)), ("1.x",)
     )
-    assert at_friction_limit(problem, at_rest(problem)) == ["pressed"]
+    assert rest_variables(problem, at_rest(problem))["rest_state"].tolist() == [0, 2]
     response = ss.forced_response(problem, ss.hertz(0.2, 0.255), 1e-6)
     (found,) = response.dataset.peak_frequency.values[0, 0]
     stuck = np.sqrt(2.0 + weak) / (2.0 * np.pi)

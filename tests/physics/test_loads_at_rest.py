@@ -50,9 +50,11 @@ def test_what_friction_without_stiffness_alone_holds_has_no_loads():
 
 def test_a_check_names_frequencies_and_loads(tmp_path):
     path, _ = write_new("lumped", tmp_path / "wedge.toml", False)
-    frequencies, loads = model_summary(job(path.read_text(), tmp_path, "wedge").sweep)
+    frequencies, head, titles, loads, _ = model_summary(job(path.read_text(), tmp_path, "wedge").sweep)
     assert "all contacts stuck: 84.971, 161.98, 225.08" in frequencies
-    assert loads.startswith("Normal loads at rest in N: blade 1 ")
+    assert head.startswith("Contacts at rest; ")
+    assert titles.split()[:3] == ["surface", "contacts", "open"]
+    assert loads.split()[:6] == ["blade", "1", "1", "0", "0", "31.39"]
     above = path.read_text().replace("frequency = [145.0, 235.0]", "frequency = [1450.0, 2350.0]")
     nowhere = job(above, tmp_path, "wedge").notes[0]
     assert nowhere.startswith("Warning: no natural frequency lies between 1450 and 2350 Hz, where the response is computed")

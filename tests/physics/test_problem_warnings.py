@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.model.contact.point import OnSurface
 from stickslip.study import job
 from stickslip.study.templates import write_new
 
@@ -109,7 +110,9 @@ def test_a_preload_that_the_structure_takes_away_is_named(stiffness, changed, sa
     static = changed.pop("static", 0.0)
     law = ss.Macroslip(kt=0.5 * stiffness, mu=0.3, kn=0.5 * stiffness, preload=15.0)
     pads = [
-        ss.Contact(f"pad {k}", law, (ss.between("1.x", "ground"),), ss.between("1.y", "ground"), area=1e-4, **changed)
+        ss.Contact(
+            f"pad {k}", law, (ss.between("1.x", "ground"),), ss.between("1.y", "ground"), surface=OnSurface("pad", 0.5), **changed
+        )
         for k in (1, 2)
     ]
     structure = ss.Structure(np.eye(2), 10.0 * np.eye(2), ("1.x", "1.y"))

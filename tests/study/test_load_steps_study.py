@@ -23,8 +23,12 @@ def test_sliders_of_a_study_are_those_of_python_and_are_said(folder):  # noqa: F
     (folder / "steps.toml").write_text(SWEEP + STEPS)
     result = CliRunner().invoke(app, ["check", str(folder / "steps.toml")])
     assert result.exit_code == 0, result.output
-    for load in ("Step 1", "Step 2", "The load of the study"):
-        assert f"{load} moves " in result.output
+    (head,) = [
+        place for place, line in enumerate(result.output.splitlines()) if line.startswith("Contacts at rest after each step")
+    ]
+    rows = [line.split() for line in result.output.splitlines()[head + 1 : head + 6]]
+    assert rows[0][:4] == ["load", "surface", "contacts", "open"]
+    assert [row[:3] for row in rows[1:]] == [["step", step, name] for step in "12" for name in ("L", "contact")]
     before, after = (job(text, folder, "steps").sweep.problem for text in (SWEEP, SWEEP + STEPS))
     found = places(after)
     assert np.any(found)
@@ -40,6 +44,31 @@ def test_sliders_of_a_mesh_are_those_of_kept_rows(folder, from_mesh, monkeypatch
     rows = read(folder / "mesh_steps.toml").sweep.problem
     assert rows.mesh is None
     np.testing.assert_allclose(places(mesh), places(rows), atol=3e-3 * np.abs(places(rows)).max())
+
+
+def test_a_step_states_what_the_tables_state(folder):  # noqa: F811
+    """Preloads of whole surfaces, shared by area, the pull on a body and a named force, in the units of the file."""
+    text = (
+        SWEEP.replace("mu = 0.4", "mu = 0.4\npreload = 5.0")
+        + '[[force]]\nname = "push"\ndirection = "left/tip.y"\nstatic = 2.0\n'
+    )
+    step = """[[load_step]]
+factor = 1.5
+preload = { L = 12.0, "contact 2" = 8.0 }
+gap = { L = 1e-4 }
+pull = { damper = [3.0, 80.0, 0.0] }
+static = { push = 7.0 }
+"""
+    before, after = (job(each, folder, "stated").sweep.problem for each in (text, text + step))
+    pull = [force.name for force in before.forces if force.static and force.name.startswith("pull")]
+    assert pull == ["pull on damper along y"]
+    across = ss.Force("damper/centre.x", name="across")
+    python = ss.LoadStep(1.5, {"push": 7.0, pull[0]: 80.0, "across": 3.0}, {"L": 12.0, "contact 2": 8.0}, {"L": 1e-7})
+    expected = ss.after_load_steps(before.with_forces([*before.forces, across]), [python])
+    np.testing.assert_allclose(places(after), places(expected), atol=1e-12)
+    assert np.abs(places(after) - places(ss.after_load_steps(before, [1.5]))).max() > 1e-7
+    assert after.forces == before.forces
+    assert [contact.law for contact in after.contacts] == [contact.law for contact in before.contacts]
 
 
 @pytest.mark.slow
@@ -64,6 +93,15 @@ def test_a_pull_before_changes_a_peak_where_contacts_stick_in_part(tmp_path):
         ("[[load_step]]\nfactor = 1.2\nspeed = 3000.0", "factor and speed must not be given together"),
         ("[[load_step]]\nfactor = 0.0", "No state of rest was found under the static load of step 1"),
         ("[load_step]\nfactor = 1.2", "must be written with double brackets"),
+        ("[[load_step]]\npreload = { M = 3.0 }", "preload must name contacts, but is 'M'"),
+        ("[[load_step]]\nnormal_load = { L = -3.0 }", "normal_load"),
+        ("[[load_step]]\nnormal_load = { L = 3.0 }", "normal_load of L must be a number of its law, but is 'Macroslip'"),
+        ("[[load_step]]\ngap = { L = nan }", "gap"),
+        ("[[load_step]]\npreload = 3.0", "preload must be a table, but is 3.0"),
+        ("[[load_step]]\npull = { dampr = [0.0, 1.0, 0.0] }", "'dampr/centre.x' does not exist"),
+        ("[[load_step]]\npull = { damper = 3.0 }", "pull, damper must be a list, but is 3.0"),
+        ("[[load_step]]\nstatic = { push = 3.0 }", "static must name single forces, but is 'push'"),
+        ("[[load_step]]\npull = { damper = [0.0, -10.0, 0.0] }", "No state of rest was found under the static load of step 1"),
     ],
 )
 def test_steps_that_are_none_are_refused(folder, text, said):  # noqa: F811

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.analyses.contacts_at_rest import rest_of
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import (
     broken_warning,
@@ -84,7 +85,7 @@ from stickslip.model.rigs import single_mass
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
-from stickslip.results.schema import CurveKind, Result, kinds_in, with_kinds
+from stickslip.results.schema import CurveKind, Result, described, kinds_in, with_kinds
 from stickslip.results.view import measure_in, nearest_point, periods_of, sizes
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, CaseStopped, Checkpoint, Progress, Report, Workers
@@ -838,7 +839,7 @@ class ForcedResponseWork(OneBalance):
         with one_blas_thread():
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, levels, curves, ends, attrs, self.measure, plain)
-            dataset = with_disk(found, self.problem)
+            dataset = with_disk(found, self.problem).assign(described("contacts_at_rest", rest_of(self.problem)))
         kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR, "work_error": WORK_ERROR}
         for each in (ALL_MODES if self.problem.mesh is None else OWN_FORCES, ALL_NODES):
             if any(each.variable in curve for curve in curves):

@@ -21,7 +21,7 @@ from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.truncation import SEATED, highest_points, same_motion
 from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import at_rest, begins, open_stiffness, seated
-from stickslip.model.problem.meshed import with_forces
+from stickslip.model.problem.meshed import resting
 from stickslip.model.structure.modes import Modes, natural_modes
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.measure import Measure
@@ -139,12 +139,7 @@ def seated_balance(balance: HarmonicBalance, omega: float) -> Seated:
     free = [each for contact in problem.contacts for each in begins(contact)]
     if balance.kept[0] != 0 or not any(free):
         return ""
-    rest = seated(problem.at_frequency(omega))
-    while rest is not None and problem.mesh is not None:
-        more = with_forces(problem, (rest.forces - problem.contact_stiffness * rest.motion)[:, None])
-        if more.structure.size == problem.structure.size:
-            break
-        problem, rest = more, seated(more.at_frequency(omega))
+    problem, rest = resting(problem, lambda each: seated(each.at_frequency(omega)))
     if rest is None:
         return UNSEATED
     table = balance.table

@@ -72,7 +72,7 @@ def of_model(found: Description) -> dict[str, Any]:
 
 def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     """A study without errors: its notes, the numbers of its model in the units of the study, the estimated time of a run."""
-    from stickslip.model.problem.at_rest import normal_loads_at_rest
+    from stickslip.analyses.contacts_at_rest import by_surface, rest_of
     from stickslip.results.schema import in_system
     from stickslip.study.faults import WARNING
 
@@ -90,10 +90,12 @@ def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     if job.sweep is None:
         return values
     problem, (newtons, force) = job.sweep.problem, in_system("N", job.units)
-    limits = {"no_contacts": False, "contacts_stuck": True}
+    limits, at_rest = {"no_contacts": False, "contacts_stuck": True}, rest_of(problem)
+    loads = zip(problem.contacts, at_rest.get("rest_load", ()), strict=False)
     return values | {
         "frequencies": {name: problem.frequencies(stuck=stuck) for name, stuck in limits.items()},
-        "normal_loads": {name: newtons * load for name, load in normal_loads_at_rest(problem).items()},
+        "normal_loads": {contact.name: newtons * float(load) for contact, load in loads if contact.normal is not None},
+        "contacts_at_rest": by_surface(at_rest, job.units) if at_rest else [],
         "units": {"frequencies": "Hz", "normal_loads": force, "estimated_seconds": "s"},
     }
 
@@ -214,7 +216,7 @@ def export(
         Path,
         Option(
             help="NAME.csv, a table of the curves (peaks, bounds, percentiles, stress: NAME_peaks.csv, ...); NAME.mat for "
-            "MATLAB; NAME.vtu, the deformed shapes at the highest peaks for ParaView."
+            "MATLAB; NAME.vtu, the deformed shapes at the highest peaks for ParaView, contacts at rest: NAME_contacts.vtu."
         ),
     ],
     quantity: Annotated[
@@ -271,15 +273,18 @@ def export(
 
 
 def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool) -> None:
-    """Write the deformed shapes of each result; of several results NAME_RESULT.vtu."""
+    """Write the deformed shapes of each result, and the nodes of its contact surfaces; of several results NAME_RESULT.vtu."""
     from stickslip.analyses.solved_points import has_shapes, kept_shapes
-    from stickslip.show.plots.deformed_shape import save_vtu
+    from stickslip.show.plots.deformed_shape import save_contacts_vtu, save_vtu
 
-    several = len(datasets) > 1
-    files = {out.with_name(f"{out.stem}_{name}.vtu") if several else out: dataset for name, dataset in datasets.items()}
-    refuse_existing(files, overwrite)
+    files = {out.with_name(f"{out.stem}_{name}.vtu") if len(datasets) > 1 else out: each for name, each in datasets.items()}
+    nodes = {path.with_name(f"{path.stem}_contacts.vtu"): each for path, each in files.items() if each.sizes.get("contact_node")}
+    files = {path: each for path, each in files.items() if has_shapes(each) or not each.sizes.get("contact_node")}
+    refuse_existing([*files, *nodes], overwrite)
     for path, dataset in files.items():
         say(f"Wrote {save_vtu(kept_shapes(dataset) if has_shapes(dataset) else {}, path)}")
+    for path, dataset in nodes.items():
+        say(f"Wrote {save_contacts_vtu(dataset, path)}")
 
 
 def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:

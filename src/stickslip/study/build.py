@@ -5,7 +5,7 @@ Names of degrees of freedom in a study: detection of unknown names, and directio
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import gcd
 from typing import Any, Literal
 
@@ -19,7 +19,7 @@ from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
-from stickslip.model.problem.load_steps import LoadStep
+from stickslip.model.problem.load_steps import OF_CONTACTS, LoadStep
 from stickslip.model.readers.deck import LONGEST
 from stickslip.model.readers.model import levers
 from stickslip.model.readers.stress_places import SAME_SPEED
@@ -197,9 +197,12 @@ def body(table: BodyTable, units: Units) -> tuple[RigidBody, tuple[Force, ...]]:
     outline = () if own is None else np.reshape(own.outline, (-1, 3)) @ turn
     rigid = RigidBody(mass, turned, values["centre"], outline=outline)
     pull = zip("xyz", values["pull"], strict=True)
-    return rigid, tuple(
-        Force(f"{table.name}/{rigid.node}.{axis}", static=f, name=f"pull on {table.name}") for axis, f in pull if f
-    )
+    return rigid, tuple(replace(pull_on(table.name, axis), static=f) for axis, f in pull if f)
+
+
+def pull_on(body: str, axis: str) -> Force:
+    """A force that pulls a body along an axis, without its size."""
+    return Force(f"{body}/{RigidBody.node}.{axis}", name=f"pull on {body} along {axis}")
 
 
 def axes_of(given: list[list[float]] | None) -> Array:
@@ -249,7 +252,7 @@ def force_along(direction: Mapping[str, float], table: ForceTable, units: Units)
     """A force in SI along a direction with coefficients in SI."""
     values = in_si(table, units)
     amplitude = {table.harmonic: complex_amplitude(values["amplitude"])}
-    return Force(direction, amplitude, values["static"], omega_power=table.omega_power)
+    return Force(direction, amplitude, values["static"], table.name, omega_power=table.omega_power)
 
 
 def complex_amplitude(given: Any) -> complex:
@@ -322,14 +325,16 @@ def rotation(table: RotationTable, over: OverSpeedTable | None, units: Units) ->
     return table.speed, axis, table.coriolis
 
 
-def load_step(table: LoadStepTable, rotation: RotationTable | None, problem: Problem) -> LoadStep:
+def load_step(table: LoadStepTable, rotation: RotationTable | None, problem: Problem, units: Units) -> LoadStep:
     """A load before that of the study: at a speed the square of its ratio to that of [rotation] of all centrifugal loads."""
-    if table.factor is not None:
-        return table.factor
-    if rotation is None or table.speed is None:
-        raise InputError(f"speed = {table.speed:g} needs [rotation]. Add it, or give a factor of all static forces.")
-    square = (table.speed / rotation.speed) ** 2
-    return {force.name: square for force in problem.forces if isinstance(force, CentrifugalLoad)}
+    values = in_si(table, units)
+    static = {pull_on(body, axis).name: f for body, pull in values["pull"].items() for axis, f in zip("xyz", pull, strict=True)}
+    if table.speed is not None:
+        if rotation is None:
+            raise InputError(f"speed = {table.speed:g} needs [rotation]. Add it, or give a factor of all static forces.")
+        square = (table.speed / rotation.speed) ** 2
+        static |= {force.name: square * force.static for force in problem.forces if isinstance(force, CentrifugalLoad)}
+    return LoadStep(table.factor, static | values["static"], **{key: values[key] for key in OF_CONTACTS})
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

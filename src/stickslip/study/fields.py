@@ -218,7 +218,9 @@ def with_si(table: AnyTable, units: Units) -> AnyTable:
 
 
 def scaled(value: Any, factor: float) -> Any:
-    """`value` times `factor`, number by number through nested lists; what is no number stays."""
+    """`value` times `factor`, number by number through nested lists and tables; what is no number stays."""
+    if isinstance(value, dict):
+        return {key: scaled(item, factor) for key, item in value.items()}
     if isinstance(value, list):
         return [scaled(item, factor) for item in value]
     return value * factor if isinstance(value, float) and factor != 1.0 else value

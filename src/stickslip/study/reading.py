@@ -8,14 +8,14 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from stickslip.analyses.contacts_at_rest import as_lines, by_surface
 from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
 from stickslip.model.contact.point import GROUND, Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
+from stickslip.model.problem.at_rest import rest_variables
 from stickslip.model.problem.load_steps import load_history
 from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.problem.truncation import REACH
@@ -63,7 +63,7 @@ from stickslip.study.tables import (
     SweepTable,
 )
 from stickslip.study.toml_text import with_line
-from stickslip.support.checks import Faults, InputError, counted, fault, nearest, similar_file, storable
+from stickslip.support.checks import Faults, InputError, fault, nearest, similar_file, storable
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import UNIT_SYSTEMS, Band, UnitSystem
 
@@ -433,19 +433,22 @@ def acted_upon(problem: Problem | None, tables: Tables, found: Found, notes: lis
 
 
 def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
-    """The problem after its steps of the static load, with a note on each."""
+    """The problem after its steps of the static load, with notes on its contacts at rest after each."""
     if tables.study is not None and tables.study.analysis not in WITH_LOAD_STEPS:
         rule = f"need analysis = {' or '.join(WITH_LOAD_STEPS)}, but the analysis is {tables.study.analysis}"
         raise InputError(f"Load steps {rule}. Remove [[load_step]].")
-    steps = [build.load_step(each, tables.rotation, problem) for each in tables.load_steps if each is not None]
-    moved, rests = load_history(problem, steps)
-    places = np.zeros(rests[0].sliders.size)
-    for number, rest in enumerate(rests, start=1):
-        load = f"Step {number}" if number <= len(steps) else "The load of the study"
-        slid, loose = (np.count_nonzero(each) for each in ((rest.sliders != places) & (rest.limits > 0.0), rest.limits == 0.0))
-        notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load then")
-        places = rest.sliders
-    return moved
+    given = [each for each in tables.load_steps if each is not None]
+    pulls = [build.pull_on(body, axis) for body in dict.fromkeys(body for each in given for body in each.pull) for axis in "xyz"]
+    more = [pull for pull in pulls if pull.name not in [force.name for force in problem.forces]]
+    steps = [build.load_step(each, tables.rotation, problem, tables.units) for each in given]
+    moved, found = load_history(problem.with_forces([*problem.forces, *more]), steps)
+    rests = {f"step {number}": rest_variables(*each) for number, each in enumerate(found[:-1], start=1)}
+    records = [{"load": load} | each for load, rest in rests.items() for each in by_surface(rest, tables.units.system)]
+    notes += [
+        "Contacts at rest after each step; the values after the normal load are those of single contacts:",
+        *as_lines(records),
+    ]
+    return moved.with_forces(problem.forces)
 
 
 def from_model(

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stickslip.analyses.contacts_at_rest import as_lines, by_surface, rest_of
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.static_history import opened
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.model.problem.at_rest import at_friction_limit, at_rest, normal_loads_at_rest
 from stickslip.model.problem.systems import soft_springs
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.results.schema import in_system
@@ -80,21 +80,12 @@ def _listed(frequencies: Array) -> str:
 
 
 def _loads(problem: Problem, when: str, system: UnitSystem | None) -> list[str]:
-    """Normal loads at rest of contacts where they vary; those that are open, or whose friction is at its limit, by name."""
-    loads, rest = normal_loads_at_rest(problem), at_rest(problem)
-    if rest is None and any(contact.normal is not None for contact in problem.contacts):
-        held = " and that friction can hold them" if any(contact.law.rubs for contact in problem.contacts) else ""
-        unknown = f"No static equilibrium was found{when}, so normal loads at rest are unknown."
-        return [f"{unknown} Check that the static loads close the contacts{held}."]
-    open_ = [name for name, load in loads.items() if load == 0.0]
-    slipped = [] if rest is None else at_friction_limit(problem, rest)
-    factor, unit = in_system("N", system)
-    closed = [f"{name} {factor * load:.4g}" for name, load in loads.items() if load > 0.0]
-    return [
-        *([f"Normal loads at rest in {unit}{when}: {first_of(closed)}."] if closed else []),
-        *([f"Open at rest{when}: {first_of(open_)}."] if open_ else []),
-        *([f"At the friction limit at rest{when}: {first_of(slipped)}."] if slipped else []),
-    ]
+    """A table of the contacts at rest, or that no state of rest was found."""
+    found = rest_of(problem)
+    if not found and any(contact.normal is not None for contact in problem.contacts):
+        return [f"No static equilibrium was found{when}: check that the static loads close contacts and friction holds them."]
+    lines = as_lines(by_surface(found, system) if found else [])
+    return [f"Contacts at rest{when}; the values after the normal load are those of single contacts:", *lines] if lines else []
 
 
 POINTS = 300

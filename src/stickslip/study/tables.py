@@ -49,6 +49,10 @@ Order = Annotated[int, Field(ge=1, le=10_000)]
 Matrix = Annotated[list[list[Number]], Words("list of rows")]
 
 
+Named = Annotated[dict[str, Number], Words("table of numbers")]
+NONE: Any = Field(default_factory=dict)
+
+
 def _where_form(value: Any) -> str:
     return "<number>" if isinstance(value, int) else "<list>" if isinstance(value, list) else "<single>"
 
@@ -138,13 +142,20 @@ class RotationTable(Table):
 
 
 class LoadStepTable(Table):
-    """A static load that acts before the load of the study; sliders start where it leaves them. Several tables are applied
-    in order, and the load of the study comes last."""
+    """A load that acts before the load of the study; sliders start where it leaves them. Several tables are applied in order,
+    and the load of the study comes last. What a table does not state is as in the study."""
 
-    exactly_one: ClassVar[Groups] = (("factor", "speed"),)
+    at_most_one: ClassVar[Groups] = (("factor", "speed"),)
 
-    factor: Annotated[Number | None, Field(description="factor of all static forces of the study")] = None
+    factor: Annotated[Number, Field(description="factor of all static forces of the study")] = 1.0
     speed: Annotated[NotNegative | None, Field(description="rotor speed in rev/min, which sets the load of [rotation]")] = None
+    static: Annotated[Named, FORCE, Field(description="{ NAME = static part of that [[force]] }, whatever `factor` is")] = NONE
+    pull: Annotated[dict[str, Vector], Words("table of lists"), FORCE] = NONE
+    """{ NAME = [x, y, z], the pull on that [[body]] }"""
+    preload: Annotated[Named, FORCE] = NONE
+    """{ NAME = N0 of that [[contact]] }, in place of its `preload` and `mean_pressure`; of a surface as a whole"""
+    gap: Annotated[Named, LENGTH, Field(description="{ NAME = gap of that [[contact]] }; negative: an interference")] = NONE
+    normal_load: Annotated[Named, FORCE, Field(description="{ NAME = constant normal load of that [[contact]] }")] = NONE
 
 
 class AtSpeedTable(Table):
@@ -293,6 +304,7 @@ class ForceTable(Table):
 
     renamed: ClassVar[dict[str, str]] = {"at": "direction"}
 
+    name: Annotated[str, Field(description="name for [[load_step]]")] = ""
     direction: Place
     """degree of freedom, or a table of coefficients; with `surface` x, y or z, or a table of these"""
     surface: str | None = None

@@ -142,12 +142,22 @@ def between(a: str, b: str) -> dict[str, float]:
     return difference(sides[0], sides[1])
 
 
+class OnSurface(NamedTuple):
+    """The part that a contact has in a contact surface: the name of the surface; the share of its law; how much larger the gap is
+    than that of this law [m]; the places of its nodes (k, 3) [m], none where they are not known."""
+
+    name: str
+    share: float = 1.0
+    further: float = 0.0
+    places: Array = np.zeros((0, 3))
+
+
 @dataclass(frozen=True)
 class PatchNode:
     """A node of a patch of a contact surface, for which the contact of the patch stands.
 
     name, tangential, normal: of the contact that it has where each node has its own; share: of the patch, by area; further: how
-    much larger its gap is than that of the patch [m].
+    much larger its gap is than that of the patch [m]; surface: the part of that contact in the whole.
     """
 
     name: str
@@ -155,6 +165,7 @@ class PatchNode:
     tangential: tuple[Direction, ...]
     normal: Direction | None
     further: float = 0.0
+    surface: OnSurface | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -165,7 +176,7 @@ class Contact:
     start: one rule for all directions, or one per tangential direction.
     balanced: z is counted from the preloaded equilibrium: the structure feels N − N0 (else the whole N).
     nodes: of a patch of a surface, those whose mean motion it has (`surface_contacts`); area: of the surface that it stands for,
-    m², 0 where it is not known.
+    m², 0 where it is not known; surface: its part in one, None of a contact by itself.
     """
 
     name: str
@@ -176,6 +187,7 @@ class Contact:
     balanced: bool = False
     nodes: tuple[PatchNode, ...] = field(default=(), repr=False)
     area: float = field(default=0.0, repr=False, compare=False)
+    surface: OnSurface | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         storable("The name of a contact", self.name)
@@ -264,8 +276,8 @@ class Contact:
                 replace(start, value=np.multiply(each.share, start.value).tolist()) if isinstance(start, MeanTraction) else start
                 for start in self.starts
             )
-            area = each.share * self.area
-            contacts.append(Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, area=area))
+            parts: dict[str, Any] = {"area": each.share * self.area, "surface": each.surface}
+            contacts.append(Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, **parts))
         return tuple(contacts) or (self,)
 
     def with_start(self, start: Start | tuple[Start, ...]) -> "Contact":

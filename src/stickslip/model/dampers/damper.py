@@ -20,7 +20,7 @@ exact for lines and exact to rounding for arcs.
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import atan2, ceil, cos, pi, radians, sin
 
 import numpy as np
@@ -28,7 +28,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from stickslip.model.contact.law import Law
-from stickslip.model.contact.point import Contact, Motion, Start, contact_in_space
+from stickslip.model.contact.point import Contact, Motion, OnSurface, Start, contact_in_space
 from stickslip.model.loads import Force
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rigid_body import RigidBody
@@ -117,10 +117,12 @@ class Damper:
         if len(opposite) != len(points):
             raise fault(f"Places opposite surface {surface!r}", f"must be one, or {len(points)}, one per point", len(opposite))
         title = f"{self.label or self.name} {surface}"
-        return tuple(
-            contact_in_space(f"{title} {i + 1}", law(float(weight)), opposite[i], self.at(point), place.frame, start)
-            for i, (point, weight) in enumerate(zip(points, np.asarray(place.weights), strict=True))
+        shares = np.asarray(place.weights).tolist()
+        contacts = (
+            contact_in_space(f"{title} {i + 1}", law(share), there, self.at(point), place.frame, start)
+            for i, (share, there, point) in enumerate(zip(shares, opposite, points, strict=True))
         )
+        return tuple(replace(contact, surface=OnSurface(title, share)) for contact, share in zip(contacts, shares, strict=True))
 
     def forces(self) -> tuple[Force, ...]:
         """The centrifugal pull as static forces at the mass centre."""

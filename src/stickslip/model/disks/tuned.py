@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.model.contact.point import Contact, TractionRatio
+from stickslip.model.contact.point import Contact, OnSurface, TractionRatio
 from stickslip.model.disks.systems import AllSectorSystems, SectorSystems
 from stickslip.model.loads import BaseMotion, Force, Output, excited_harmonics
 from stickslip.model.problem import Problem
@@ -327,7 +327,8 @@ class TunedDisk(Problem):
             )
         tangential = tuple(self._named(direction, sector) for direction in contact.tangential)
         normal = None if contact.normal is None else self._named(contact.normal, sector)
-        return replace(contact, name=f"{sector} {contact.name}", tangential=tangential, normal=normal, nodes=())
+        part = contact.surface and OnSurface(contact.surface.name, contact.surface.share, contact.surface.further)
+        return replace(contact, name=f"{sector} {contact.name}", tangential=tangential, normal=normal, nodes=(), surface=part)
 
 
 def _under_orders(force: Force, factors: Mapping[int, complex]) -> Force:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.contact.law import Law
-from stickslip.model.contact.point import Contact, Motion, PatchNode, Start, contact_in_space, ground, mean
+from stickslip.model.contact.point import Contact, Motion, OnSurface, PatchNode, Start, contact_in_space, ground, mean
 from stickslip.model.interfaces.node_surface import NodeSurface
 from stickslip.support.checks import Array, Index, InputError, between, fault, of_kind, vector
 
@@ -75,12 +75,14 @@ def surface_contacts(
         normal = shares @ surface.normals[members]
         part = float(surface.weights[members].sum())
         own: Any = law.share(part)
-        own = replace(own, gap=own.gap + float(shares @ gaps[members])) if mesh_gap else own
+        further = float(shares @ gaps[members])
+        own = replace(own, gap=own.gap + further) if mesh_gap else own
         a, b = (mean([side[k] for k in members], shares) for side in (places, opposites))
         contact = contact_in_space(
             title, own, a, b, _frame(name, normal / np.linalg.norm(normal), shares @ along[members]), start
         )
-        return replace(contact, balanced=balanced, area=part * surface.area)
+        place = OnSurface(name, part, further, surface.points[members])
+        return replace(contact, balanced=balanced, area=part * surface.area, surface=place)
 
     titles = [f"{name} {surface.nodes[k].rpartition('/')[2]}" for k in touching]
     if len(set(titles)) < len(titles):
@@ -93,7 +95,7 @@ def surface_contacts(
         shares = _shares(surface, members)
         further = gaps[members] - shares @ gaps[members]
         nodes = [
-            PatchNode(nodal[k].name, float(share), nodal[k].tangential, nodal[k].normal, float(gap))
+            PatchNode(nodal[k].name, float(share), nodal[k].tangential, nodal[k].normal, float(gap), nodal[k].surface)
             for k, share, gap in zip(members, shares, further, strict=True)
         ]
         patches.append(replace(together(f"{name} {number}", members), nodes=tuple(nodes)))

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.contact.point import Contact, SliderOffset, contact_table, remembering
+from stickslip.model.contact.point import Contact, OnSurface, SliderOffset, contact_table, remembering
 from stickslip.model.contact.protocol import MEAN, OFFSET, RATIO
 from stickslip.support.checks import Array
 
@@ -113,11 +113,35 @@ def open_stiffness(problem: Problem, rest: Rest) -> Array:
     return elements.by_row(table.stiffness * ~elements.loaded(closed), table.normal_stiffness * ~closed)
 
 
-def at_friction_limit(problem: Problem, rest: Rest) -> list[str]:
-    """The names of contacts of which loaded friction elements stand at their limit at rest."""
-    elements = _Elements(problem.contacts)
-    slips = elements.by_row((rest.state.slips != 0.0) & elements.loaded(rest.state.closed), 0.0)
-    return [contact.name for contact, rows in zip(problem.contacts, _rows(problem.contacts), strict=True) if np.any(slips[rows])]
+def rest_variables(problem: Problem, rest: Rest) -> dict[str, Any]:
+    """The contacts of a problem at rest, one by one: the variables of the table `contacts_at_rest` by name."""
+    contacts, elements = problem.contacts, _Elements(problem.contacts)
+    table, count, parts = (
+        elements.table,
+        len(problem.contacts),
+        [each.surface or OnSurface(each.name) for each in problem.contacts],
+    )
+    of_row, normal = np.repeat(np.arange(count), np.diff(table.first_row)), table.normal_row
+    tangential, varies = np.ones(table.rows, dtype=bool), normal >= 0
+    tangential[normal[varies]] = False
+    constant = [np.nan if (load := getattr(contact.law, "normal_load", None)) is None else np.sum(load) for contact in contacts]
+    load = np.where(varies, rest.forces[normal], constant)
+    slid, apart = np.zeros(table.rows), np.where(varies, np.inf, 0.0)
+    np.maximum.at(slid, elements.row, np.abs(rest.sliders) * elements.slides)
+    of_normal = np.repeat(np.arange(count), np.diff(table.normal_first))
+    np.minimum.at(apart, of_normal, -elements.pressed(rest.motion) / table.normal_stiffness)
+    at_limit = elements.by_row((rest.state.slips != 0.0) & elements.loaded(rest.state.closed), 0.0)
+    friction, slip, slips = (np.bincount(of_row, each, count) for each in ((rest.forces * tangential) ** 2, slid**2, at_limit))
+    return {
+        "rest_load": load,
+        "rest_friction": np.sqrt(friction),
+        "rest_gap": np.maximum(apart, 0.0),
+        "rest_slip": np.sqrt(slip),
+        "rest_state": np.where(slips > 0.0, 2, np.where(varies & (load == 0.0), 0, 1)),
+        "contact_surface": np.array([part.name for part in parts]),
+        "contact_node_place": np.concatenate([part.places for part in parts]),
+        "contact_of_node": np.repeat(np.arange(count), [len(part.places) for part in parts]),
+    }
 
 
 def _rows(contacts: Sequence[Contact]) -> list[slice]:

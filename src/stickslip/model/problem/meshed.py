@@ -1,6 +1,6 @@
 """A problem on few coordinates of finite-element models whose contacts are many: no contact row is kept."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.model.contact.point import Contact, stuck_stiffness
 from stickslip.model.loads import Force, Output
+from stickslip.model.problem.at_rest import Rest
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.problem import Mesh, Problem
 from stickslip.model.structure.sparse import Report, SparseStructure
@@ -74,6 +75,17 @@ def with_forces(problem: Problem, forces: Array, share: float = NEGLIGIBLE) -> P
 def promised(problem: Problem) -> Problem:
     """The problem for settings that are checked before the shapes of the contact forces of its solutions are found."""
     return problem if problem.mesh is None else replace(problem, mesh=replace(problem.mesh, solved=True))
+
+
+def resting(problem: Problem, found: Callable[[Problem], Rest | None]) -> tuple[Problem, Rest | None]:
+    """A problem, of a mesh with the shapes of its contact forces at rest too, and its contacts as they are `found` at rest."""
+    rest = found(problem)
+    while rest is not None and problem.mesh is not None:
+        more = with_forces(problem, (rest.forces - problem.contact_stiffness * rest.motion)[:, None])
+        if more.structure.size == problem.structure.size:
+            break
+        problem, rest = more, found(more)
+    return problem, rest
 
 
 def finer(problem: Problem, forces: Array) -> Problem:

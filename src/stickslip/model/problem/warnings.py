@@ -5,7 +5,6 @@ Each function returns a sentence, empty where there is nothing to warn of.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -37,9 +36,8 @@ SOFTEST_NORMAL, STIFFEST_NORMAL = 1.0 / 1.2, 1e3
 """kn over kt of a contact: of elastic bodies (2 − ν)/(2 − 2ν), 1 to 1.5 (R. D. Mindlin, J. Appl. Mech. 16, 1949, 259-268), of
 thin layers and strips up to a hundred. Measured ones scatter: a fifth below 1 is let pass."""
 
-LEFT, NUMBER = 0.5, re.compile(r" \d+$")
-"""Share of a preload that is left at rest, below which what contacts join is softer than they are; the end of the name of a
-contact among those of its surface."""
+LEFT = 0.5
+"""Share of a preload that is left at rest, below which what contacts join is softer than they are."""
 
 LEAST_RATIO = 1e-9
 """A damping ratio below which rounding may decide its sign."""
@@ -189,22 +187,17 @@ def _preloads(problem: Problem) -> str:
 
     Contacts of one surface share theirs, and static loads, which may unload contacts, do not count.
     """
-    stated: dict[str, float] = {}
-    group_of: dict[str, str] = {}
+    groups: dict[str, dict[str, float]] = {}
     for contact in problem.contacts:
-        normal = contact.elements.normal
+        normal, group = contact.elements.normal, contact.surface.name if contact.surface else contact.name
         if normal is not None and not contact.balanced:
-            stated[contact.name] = float(normal.forces(0.0).sum())
-            group_of[contact.name] = NUMBER.sub("", contact.name) if contact.nodes or contact.area else contact.name
-    if not any(stated.values()):
+            groups.setdefault(group, {})[contact.name] = float(normal.forces(0.0).sum())
+    if not any(any(stated.values()) for stated in groups.values()):
         return ""
     shaking = [replace(force, static=0.0) for force in problem.forces if any(force.amplitudes.values())]
     loads = normal_loads_at_rest(problem.with_forces(shaking))
-    groups: dict[str, list[str]] = {}
-    for name in loads.keys() & stated.keys():
-        groups.setdefault(group_of[name], []).append(name)
-    for group, names in sorted(groups.items()):
-        whole, left = (sum(values[name] for name in names) for values in (stated, loads))
+    for group, stated in sorted(groups.items()) if loads else ():
+        whole, left = sum(stated.values()), sum(loads[name] for name in stated)
         if left < LEFT * whole:
             return (
                 f"The preload of {group}, {whole:.4g} N, is an interference, of which {left:.3g} N are left at rest without "

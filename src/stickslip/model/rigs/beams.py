@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip.model.contact.law import Friction
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.point import Contact, SliderOffset, Start, difference
+from stickslip.model.contact.point import Contact, OnSurface, SliderOffset, Start, difference
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force, Output
 from stickslip.model.problem import Problem, modal_damping_matrix
@@ -123,13 +123,13 @@ def blade_root(
     M[2, 2] += root * ((positive("neck", neck) + 2.0 * flank_length * c) ** 2 + deep**2) / 12.0
     dofs = ("root.x", "root.y", "root.rz", *(f"{node}.{name}" for node in nodes for name in ("x", "rz")))
     structure = Structure(M, K, dofs, damping=RayleighDamping(0.0, b))
-    law = Macroslip(kt, mu, kn).share(1.0 / points)
+    law, rule = Macroslip(kt, mu, kn).share(1.0 / points), start or SliderOffset()
     contacts = tuple(
-        Contact(f"{name} {k + 1}", law, (_at(place, (side * c, -s)),), _at(place, (side * s, c)), start or SliderOffset())
+        Contact(f"{name} {k + 1}", law, (_at(place, (side * c, -s)),), _at(place, (side * s, c)), rule, surface=part)
         for name, side in (("left", -1.0), ("right", 1.0))
         for k in range(points)
         for way in [(k + 0.5) / points * flank_length]
-        for place in [(side * (0.5 * neck + way * c), -flank_depth - way * s)]
+        for place, part in [((side * (0.5 * neck + way * c), -flank_depth - way * s), OnSurface(name, 1.0 / points))]
     )
     loads = (Force("tip.x", force), Force("root.y", static=positive("pull", pull), name="centrifugal load"))
     return Problem(structure, contacts, loads, ("tip.x",), f"Blade root, {pull:g} N, {flank_angle:g} degrees")

@@ -21,7 +21,7 @@ import scipy
 from numpy.typing import NDArray
 
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.point import Contact, Direction, Motion, Start, contact_in_space, node
+from stickslip.model.contact.point import Contact, Direction, Motion, OnSurface, Start, contact_in_space, node
 from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
 from stickslip.model.dampers.damper import hull_of
 from stickslip.model.disks.tuned import TunedDisk
@@ -366,7 +366,8 @@ def line_contacts(shape: BliskSector, body: RigidBody, law: Macroslip, start: St
             name = f"{side}_{k}"
             place = nodes[name] if side == "right" else turn @ nodes[name]
             opposite = node(name) if side == "right" else following_node(name, turn)
-            contacts.append(contact_in_space(f"{side} edge {k}", law, body.at(place, "damper"), opposite, frame, start))
+            contact = contact_in_space(f"{side} edge {k}", law, body.at(place, "damper"), opposite, frame, start)
+            contacts.append(replace(contact, surface=OnSurface(f"{side} edge", 1.0 / POINTS, places=place[None])))
     return tuple(contacts)
 
 

@@ -16,17 +16,18 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.analyses.contacts_at_rest import fields_at_rest
 from stickslip.analyses.solved_points import SurfaceMotion
-from stickslip.results.schema import in_system
+from stickslip.results.schema import in_system, system_of
 from stickslip.results.view import Length, unit_in
 from stickslip.show.plots.chart import wrapped
 from stickslip.show.plots.interactive import BASE, Combination
 from stickslip.show.plots.look import colour, house_style, plain
 from stickslip.show.plots.model_view import axes_upright, in_space, scene
 from stickslip.show.plots.moving_picture import MovingPicture, magnification, played
-from stickslip.support.checks import Array, InputError, between
+from stickslip.support.checks import Array, Index, InputError, between
 from stickslip.support.files import write_text
-from stickslip.support.late import Figure
+from stickslip.support.late import Figure, xr
 from stickslip.support.renderers import FIGURES
 
 FRAMES = 24
@@ -192,16 +193,28 @@ def save_vtu(shapes: Mapping[str, SurfaceMotion], path: str | Path) -> Path:
         fields[f"{name}, real part [{unit}]"] = metre * shape.displacement.real
         fields[f"{name}, imaginary part [{unit}]"] = metre * shape.displacement.imag
         fields[f"{name}, amplitude [{unit}]"] = metre * shape.amplitude
-    count = len(first.triangles)
+    return _written(path, metre * first.points, first.triangles, fields)
+
+
+def save_contacts_vtu(dataset: xr.Dataset, path: str | Path) -> Path:
+    """Write the nodes of the contact surfaces of a result to a .vtu file, with its contacts at rest as fields, and return its
+    path: in the units of the study, 1 and 2 in the state being closed and at the friction limit, 0 open."""
+    places = in_system("m", system_of(dataset))[0] * dataset["contact_node_place"].values
+    return _written(path, places, np.arange(len(places))[:, None], fields_at_rest(dataset))
+
+
+def _written(path: str | Path, points: Array, corners: Index, fields: Mapping[str, Any]) -> Path:
+    """A file of points (p, 3), cells, which are triangles (t, 3) or single points (t, 1), and fields of the points."""
+    count, size = corners.shape
     cells = [
-        _array("connectivity", first.triangles.ravel(), "Int32"),
-        _array("offsets", 3 * np.arange(1, count + 1), "Int32"),
-        _array("types", np.full(count, 5), "UInt8"),  # the number of the triangle among the cells of VTK
+        _array("connectivity", corners.ravel(), "Int32"),
+        _array("offsets", size * np.arange(1, count + 1), "Int32"),
+        _array("types", np.full(count, 5 if size == 3 else 1), "UInt8"),  # the numbers of triangle and point among VTK's cells
     ]
     text = (
         '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">\n<UnstructuredGrid>\n'
-        f'<Piece NumberOfPoints="{len(first.points)}" NumberOfCells="{count}">\n'
-        f"<Points>\n{_array('points', metre * first.points)}</Points>\n<Cells>\n{''.join(cells)}</Cells>\n"
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{count}">\n'
+        f"<Points>\n{_array('points', points)}</Points>\n<Cells>\n{''.join(cells)}</Cells>\n"
         f"<PointData>\n{''.join(_array(name, values) for name, values in fields.items())}</PointData>\n"
         "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
     )

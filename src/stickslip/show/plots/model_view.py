@@ -298,7 +298,7 @@ def _frames(problem: Problem) -> Iterator[Arrows]:
     """The motion that closes each contact, and its first tangent; a colour for each surface, or for each contact."""
     groups: dict[str, list[tuple[str, str, Array, Array]]] = {}
     for each in problem.contacts:
-        surface = each.name.rpartition(" ")[0] or each.name
+        surface = each.surface.name if each.surface else each.name.rpartition(" ")[0] or each.name
         for name, (foot, along) in _contact_arrows(problem.structure, each).items():
             groups.setdefault(surface, []).append((f"{each.name}, {name}: {each.law}", name, foot, along))
     for number, (surface, arrows) in enumerate(groups.items()):

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.analyses.contacts_at_rest import by_surface
 from stickslip.analyses.isolated import APART
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
@@ -385,6 +386,7 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     frames = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
     outside = quantities.outside_table(dataset)
     frames |= {} if outside.empty else {"peaks outside the band": outside}
+    frames |= {"contacts at rest": pd.DataFrame(by_surface(dataset))} if "rest_load" in dataset else {}
     frames |= {"reached": quantities.reached_table(dataset)} if "reached" in dataset else {}
     frames |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
     frames |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from stickslip.analyses.contacts_at_rest import by_surface
 from stickslip.analyses.truncation import finer_sentences
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import view
@@ -18,11 +19,11 @@ from stickslip.show.plots.contacts import contact_states, dissipation, loops_at,
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
 from stickslip.show.report import conclusions
 from stickslip.show.report.answer import engine_order, peaks_at_a_glance
-from stickslip.show.report.markup import Charts, Choice, Opening, cell, hertz, number, section, table, text
+from stickslip.show.report.markup import Charts, Choice, Opening, cell, framed, hertz, number, section, table, text
 from stickslip.show.report.stress import fatigue_headline
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
 from stickslip.support.checks import Array, counted
-from stickslip.support.late import xr
+from stickslip.support.late import pd, xr
 
 Datasets = Mapping[str, "xr.Dataset"]
 Ranked = Callable[["xr.Dataset", int, int], Iterator[tuple[int, Array]]]
@@ -225,11 +226,14 @@ def _loops(
 
 
 def states(datasets: Datasets, charts: Charts) -> str:
-    """Contact states along the curves."""
+    """Contact states along the curves, and a table of those at rest."""
     note = '<p class="note">Colours mix by the shares of the period. Gaps mark points that did not converge.</p>'
     html = "".join(
         charts.drawn("chart-states", contact_states(dataset, MOST_SHOWN), "", label) for label, dataset in datasets.items()
     )
+    for place, (label, dataset) in enumerate(datasets.items()):
+        if "rest_load" in dataset:
+            html += framed(f"rest-{place}", f"{label}: contacts at rest", pd.DataFrame(by_surface(dataset, system_of(dataset))))
     return section("states", "Contact states", note, html)
 
 
