@@ -21,7 +21,7 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.structure.complete_modes import completed, eigenpairs_above
+from stickslip.model.structure.complete_modes import BLOCK, completed, eigenpairs_above
 from stickslip.model.structure.cyclic_reduction import mode_names
 from stickslip.model.structure.factor import Pencil, Singular
 from stickslip.model.structure.matrices import Structure
@@ -221,15 +221,17 @@ class StuckMesh:
     def _natural(self, beyond: Array) -> Coordinates:
         """Modes, and combinations of V (n, k) with a frequency each."""
         squares, modes = self.modes
-        beyond = beyond - modes @ (modes.T @ (self.structure.M @ beyond))  # what rounding left of them, grown with short shapes
-        values, turned = linalg.eigh(beyond.T @ (self.structure.M @ beyond), beyond.T @ (self.stuck @ beyond))
-        shapes = np.hstack([modes / np.sqrt(squares), beyond @ turned[:, ::-1]])
+        beyond = beyond - modes @ ((self.structure.M @ modes).T @ beyond)  # what rounding left of them, grown with short shapes
+        values, turned = linalg.eigh(_projected(self.structure.M, beyond), _projected(self.stuck, beyond))
+        shapes = np.empty((len(beyond), squares.size + values.size))
+        shapes[:, : squares.size] = modes / np.sqrt(squares)
+        np.matmul(beyond, turned[:, ::-1], out=shapes[:, squares.size :])
         return Coordinates(shapes, np.concatenate([1.0 / squares, values[::-1]]), squares.size)
 
     def structure_on(self, coordinates: Coordinates, named: tuple[str, ...]) -> Structure:
         """The structure on few coordinates, with the motion of the `named` degrees of freedom."""
         shapes, whole = coordinates.shapes, self.structure
-        K = shapes.T @ (whole.K @ shapes)
+        K = _projected(whole.K, shapes)
         if self.rigid.shape[1]:  # those that K leaves free stay so: rounding would hold them
             K = without_resistance(K, shapes.T @ (self.stuck @ self.rigid))
         names = mode_names(shapes.shape[1])
@@ -257,6 +259,12 @@ class StuckMesh:
 
     def _stress(self, recovery: StressRecovery, shapes: Array, names: tuple[str, ...]) -> StressRecovery:
         return replace(recovery, rows=recovery.rows @ shapes[[self.structure.index(dof) for dof in recovery.dofs]], dofs=names)
+
+
+def _projected(matrix: Sparse, shapes: Array) -> Array:
+    """XᵀAX, a few columns at a time: of a large mesh, products with all of them take as much memory as its factor."""
+    columns = [slice(first, first + BLOCK) for first in range(0, max(shapes.shape[1], 1), BLOCK)]
+    return np.hstack([shapes.T @ (matrix @ shapes[:, each]) for each in columns])
 
 
 def quiet(text: str) -> None:
