@@ -8,7 +8,7 @@ The solid elements of a deck with their materials, from which stress is recovere
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from stickslip.model.readers.deck import CardList
@@ -116,6 +116,25 @@ SPACED = {"".join(name.split()): name for name in (*MODEL_CARDS.known, "STEP", "
 """Keywords as the manuals write them; blanks in a keyword do not count."""
 
 
+CHANGES = ("CHANGE ", "MODEL CHANGE")
+"""How cards of a step begin that change the model itself."""
+
+
+@dataclass
+class Physics:
+    """What an input deck says beside nodes, sets and elements. densities: *DENSITY by the name of a material; supports: *BOUNDARY
+    as in force in the last step; places: where each keyword of the model stands first; loads: the same of the steps; repeated:
+    elements that stand twice; new_step: whether *BOUNDARY, OP=NEW removes the supports before it.
+    """
+
+    densities: dict[str, list[Card]] = field(default_factory=dict)
+    supports: list[Card] = field(default_factory=list)
+    places: dict[str, str] = field(default_factory=dict)
+    loads: dict[str, str] = field(default_factory=dict)
+    repeated: list[str] = field(default_factory=list)
+    new_step: bool = False
+
+
 NO_STRESS = ("MASS", "SPRING", "DASHPOT", "ROTARYI", "GAP", "DCOUP")
 """How names of elements begin that have no stress at their nodes."""
 
@@ -153,20 +172,25 @@ class Solids:
         missing = [element for element in nodes_of if element not in material]
         if missing:
             raise fault("An element at a place of stress", "must have a *SOLID SECTION with a material", f"element {missing[0]}")
-        known = {name: self._material(name) for name in set(material.values())}
+        known = {name: self.elastic(name) for name in set(material.values())}
         return [SolidElement(self.kinds[element], own, known[material[element]]) for element, own in nodes_of.items()]
 
-    def _material(self, name: str) -> Material:
+    def elastic(self, name: str) -> Material:
         """E and ν of one line of *ELASTIC."""
         cards = self.materials.get(name, ())
-        lines = [fields(line) for card in cards for line in card.data]
-        isotropic = all(card.name("TYPE") in ("", "ISO", "ISOTROPIC") for card in cards)
-        if not isotropic or len(lines) != 1 or len(lines[0]) < 2:
-            what = f"The material {name} at a place of stress"
-            said = "another TYPE" if not isotropic else f"{len(lines)} lines"
-            raise fault(what, "must have E and Poisson's ratio in one line of *ELASTIC, the same in all directions", said)
+        rule = "must have E and Poisson's ratio in one line of *ELASTIC, the same in all directions"
         try:
-            young, poisson = (coordinate(word) for word in lines[0][:2])
+            if not all(card.name("TYPE") in ("", "ISO", "ISOTROPIC") for card in cards):
+                raise fault("it", rule, "another TYPE")
+            young, poisson = constants(rule, cards, 2)
             return Material(self.pascals * young, poisson)
         except InputError as error:
             raise InputError(f"The material {name}: {error}") from None
+
+
+def constants(rule: str, cards: Sequence[Card], number: int) -> list[float]:
+    """The first numbers of the only data line of the cards of a material."""
+    lines = [fields(line) for card in cards for line in card.data]
+    if len(lines) != 1 or len(lines[0]) < number:
+        raise fault("it", rule, f"{len(lines)} lines" if cards else "without that card")
+    return [coordinate(word) for word in lines[0][:number]]

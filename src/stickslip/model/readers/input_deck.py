@@ -34,7 +34,7 @@ from stickslip.model.readers.deck import (
     turning_points,
 )
 from stickslip.model.readers.included_files import Lines
-from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, cards, fields, included, label
+from stickslip.model.readers.input_cards import CHANGES, MODEL_CARDS, Card, Physics, Solids, cards, fields, included, label
 from stickslip.model.readers.model import given_twice, located_once
 from stickslip.model.readers.numbers import coordinate, integer
 from stickslip.model.structure.matrices import Point
@@ -86,6 +86,7 @@ def read_deck(path: Path) -> Deck:
     reader, met, in_step = _Reader(lines), CardsMet(MODEL_CARDS), False
     for card in cards(lines.read()):
         in_step = card.keyword == "STEP" or (in_step and card.keyword != "END STEP")
+        reader.note(card, in_step)
         if card.keyword in READ or not in_step:
             try:
                 if met.obeys(card.keyword, card.line.place):
@@ -95,6 +96,7 @@ def read_deck(path: Path) -> Deck:
                 located = f"line {card.line.number}" in message
                 raise error if located else InputError(f"{card.line.place}, *{card.keyword}: {message}") from None
     deck = reader.deck(path.name)
+    deck.physics = reader.physics
     if met.missing:  # elements that are not read share the stress at a node
         deck.solids = None
     none = () if deck.nodes else (f"{path.name} holds no nodes.",)
@@ -114,6 +116,13 @@ class _Reader:
         self.cut: list[str] = []
         self.material = ""
         self.materials: dict[str, list[Card]] = {}
+        self.physics = Physics()
+
+    def note(self, card: Card, in_step: bool) -> None:
+        """The place of a card for those who need more than nodes, sets and elements; what changes the model counts in a step too."""
+        places = self.physics.loads if in_step and not card.keyword.startswith(CHANGES) else self.physics.places
+        places.setdefault(card.keyword, card.line.place)
+        self.physics.new_step |= card.keyword == "STEP"
 
     def node(self, card: Card) -> None:
         kind = card.name("SYSTEM") or "R"
@@ -203,6 +212,8 @@ class _Reader:
             if shape is not None and whole:
                 self.mesh.cells.add(shape, words[1:])
             self.mesh.cells.lost += not whole
+            if words[0] in self.mesh.elements:
+                self.physics.repeated.append(words[0])
             self.mesh.elements[words[0]] = tuple(words[1:])
             self.mesh.kinds[words[0]] = kind
             own[words[0]] = None
@@ -215,6 +226,15 @@ class _Reader:
 
     def elastic(self, card: Card) -> None:
         self.materials.setdefault(self.material, []).append(card)
+
+    def density(self, card: Card) -> None:
+        self.physics.densities.setdefault(self.material, []).append(card)
+
+    def boundary(self, card: Card) -> None:
+        if self.physics.new_step and card.name("OP") == "NEW":
+            self.physics.supports.clear()
+        self.physics.new_step = False
+        self.physics.supports.append(card)
 
     def transform(self, card: Card) -> None:
         numbers = [coordinate(word) for line in card.data for word in fields(line)]
@@ -288,6 +308,10 @@ class _Reader:
         notes = () if plain else (NUMBERED_ANEW.format(file=file, node=f"{first}.{next(iter(only.nodes), 1)}"),)
         cells = only.cells.cells if plain else {}
         solids = self._solids(only) if plain else None
+        if solids is not None:  # springs and masses of the assembly, with numbers of their own
+            own_kinds = {f"{element} of the assembly": kind for element, kind in self.whole.kinds.items()}
+            own_nodes = {f"{element} of the assembly": nodes for element, nodes in self.whole.elements.items()}
+            solids = replace(solids, kinds={**solids.kinds, **own_kinds}, nodes={**solids.nodes, **own_nodes})
         named_sets = alone | sets | dict(own)
         return Deck(nodes, named_sets, (*notes, *only.cells.notes(file)), cells, self._turned(file, names, nodes), solids=solids)
 
@@ -438,6 +462,8 @@ READ: Mapping[str, Callable[[_Reader, Card], None]] = {
     "SOLID SECTION": _Reader.solid_section,
     "MATERIAL": _Reader.named_material,
     "ELASTIC": _Reader.elastic,
+    "DENSITY": _Reader.density,
+    "BOUNDARY": _Reader.boundary,
 }
 """What each card that counts does."""
 
