@@ -20,9 +20,8 @@ from stickslip.model.readers.sector import Faces, sector_of_model
 from stickslip.model.readers.stress_places import MOST_PLACES, StrainGauge, rotation_stress_of_body, stress_rows_of
 from stickslip.model.structure.centrifugal import RotationAxis
 from stickslip.model.structure.cyclic_reduction import sector_of
-from stickslip.model.structure.elements import BRICK, BRICK_EDGES
 from stickslip.model.structure.mesh_surface import HEXAHEDRON_OF_SKFEM
-from stickslip.model.structure.solid import STEEL, Material, box_mesh, solid
+from stickslip.model.structure.solid import BRICK, BRICK_EDGES, STEEL, Material, box_mesh, solid
 from stickslip.model.structure.stress import COMPONENTS, joined, nodal_stress, von_mises
 from stickslip.show.report.stress import strain_table
 from stickslip.study import job

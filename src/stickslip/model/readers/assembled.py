@@ -4,17 +4,17 @@ What a deck says beside these and would change the matrices is refused by name; 
 (CalculiX CrunchiX User's Manual: *BOUNDARY, *SOLID SECTION; Abaqus Keywords Guide: *BOUNDARY.)
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from stickslip.model.readers.deck import CardList, Deck
-from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Physics, Solids, constants, fields, label
+from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, constants, fields, label
 from stickslip.model.readers.model import Content, dof
 from stickslip.model.readers.numbers import coordinate, integer
-from stickslip.model.structure.elements import NODES, Group, mesh_matrices
-from stickslip.model.structure.solid import Material
+from stickslip.model.structure.matrices import Point
+from stickslip.model.structure.solid import NODES, Group, Material, mesh_matrices
 from stickslip.support.checks import InputError, counted, fault, finite, first_of, nearest
 
 MESH_CARDS = CardList.of("mesh", sign="*")
@@ -22,124 +22,134 @@ LET_CALCULIX = "Or let CalculiX write the matrices: *FREQUENCY, SOLVER=MATRIXSTO
 NAMED = {"ENCASTRE": "1,6", "PINNED": "1,3", "XSYMM": "1,1", "YSYMM": "2,2", "ZSYMM": "3,3"}
 """Supports that have a name, and the first and the last direction that they fix at a node of a solid."""
 SUPPORT_OPTIONS = {"OP", "FIXED", "AMPLITUDE", "TYPE", ""}
-NO_LOADS = ("STEP", "STATIC", "FREQUENCY", "FILE", "PRINT", "OUTPUT", "BOUNDARY")
+NO_LOADS = ("STEP", "STATIC", "FREQUENCY", "FILE", "PRINT", "OUTPUT")
 """How cards of a step end that are no loads."""
-QUADRATIC = ("C3D10", "C3D20", "C3D20R")
+LINEAR = ("C3D4", "C3D8")
+Supports = list[tuple[Sequence[str], int, int]]
+"""Nodes, and the first and the last direction in which they are fixed."""
 
 
 def assembled(file: str, deck: Deck) -> Content:
-    """The model of a deck, with a row for each direction in which a node of its elements can move, in the order of the numbers."""
-    solids, physics = deck.solids, deck.physics
-    if physics is None or solids is None:
+    """The model of a deck: a row for each direction in which a node of its elements can move, in the order of the numbers."""
+    if deck.solids is None:
         raise fault("A deck without matrices", "must hold one instance with all elements written out", "another", LET_CALCULIX)
-    for keyword, place in physics.places.items():
-        if keyword not in MESH_CARDS.harmless | MODEL_CARDS.obeyed:
-            remedy = MESH_CARDS.refused.get(keyword, "Delete it if it changes nothing.")
-            rule = "must hold cards that count where stickslip assembles the matrices"
-            raise fault(place, rule, f"*{keyword}", f"{remedy} {LET_CALCULIX}")
-    elements = _elements(solids, physics, deck)
-    names = sorted({node for group in elements.values() for nodes in group.values() for node in nodes}, key=int)
+    densities, supports, loads = _obeyed(deck)
+    elements = _elements(deck.solids, deck.nodes)
+    names = sorted({node for own in elements.values() for nodes in own.values() for node in nodes}, key=int)
     index = {name: place for place, name in enumerate(names)}
-    materials = {name: _material(name, solids, physics) for _, name in elements}
+    materials = {name: _material(name, deck.solids, densities.get(name, ())) for _, name in elements}
     groups = [
         Group(kind, materials[name], tuple(own), np.array([[index[node] for node in nodes] for nodes in own.values()]))
         for (kind, name), own in elements.items()
     ]
     points = np.array([[finite(f"The coordinates of node {name}", x) for x in deck.nodes[name]] for name in names])
     M, K, masses = mesh_matrices(points, groups)
-    fixed = _fixed(physics, deck, index)
-    free = np.flatnonzero(~fixed.ravel())
-    dofs = tuple(dof(names[row // 3], row % 3 + 1) for row in free.tolist())
-    parts = [
-        f"{counted(len(group.names), 'element')} {group.kind} of {name} (E = {group.material.young:g}, Poisson's ratio "
-        f"{group.material.poisson:g}, density {group.material.density:g}; mass {mass:.6g})"
-        for (_, name), group, mass in zip(elements, groups, masses, strict=True)
-    ]
-    notes = [
-        f"M and K are assembled here from {file}, beside which there are no matrices, in the units of the deck: {first_of(parts)}. "
-        f"*BOUNDARY holds {counted(int(fixed.any(axis=1).sum()), 'node')}."
-    ]
-    if loads := [f"*{keyword}" for keyword in physics.loads if not keyword.endswith(NO_LOADS)]:
-        notes.append(f"Of the steps of {file}, *BOUNDARY alone counts, not {first_of(loads)}.")
-    matrices = {"M": M[free][:, free], "K": K[free][:, free]}
-    return Content(
-        "deck, assembled by stickslip", matrices, dofs, deck.nodes, deck.sets, (*notes, *deck.notes), deck.cells, solids
-    )
-
-
-def _elements(solids: Solids, physics: Physics, deck: Deck) -> dict[tuple[str, str], dict[str, list[str]]]:
-    """The nodes of each element, by its kind and the name of its material."""
-    if physics.repeated:
-        raise fault("Each element of the deck", "must be defined once", f"element {physics.repeated[0]} twice", "Delete one.")
-    material = {element: name for members, name in solids.sections for element in members}
-    found: dict[tuple[str, str], dict[str, list[str]]] = {}
-    order: dict[str, tuple[bool, str]] = {}
-    for element, words in solids.nodes.items():
-        kind = solids.kinds[element]
-        if kind not in NODES:
-            raise fault(f"Element {element}", f"must be one of {', '.join(NODES)}", kind, LET_CALCULIX)
-        nodes = [word.lstrip("0") for word in words]
-        if len(set(nodes)) != NODES[kind] or len(nodes) != NODES[kind]:
-            raise fault(f"Element {element} ({kind})", f"must name {NODES[kind]} different nodes", f"with {', '.join(nodes)}")
-        for node in nodes:
-            if node not in deck.nodes:
-                raise fault(f"The nodes of element {element} ({kind})", "must stand in *NODE", f"node {node} without coordinates")
-            other = order.setdefault(node, (kind in QUADRATIC, element))
-            if other[0] != (kind in QUADRATIC):
-                rule = "must all be linear or all be quadratic: the mesh would gape between their nodes"
-                raise fault(
-                    f"Elements with common nodes, {other[1]} and {element},", rule, f"joined at node {node}", "Mesh it anew."
-                )
-        if element not in material:
-            remedy = "Give all elements in its ELSET a section, one after the other."
-            raise fault(f"Element {element} ({kind})", "must be in the ELSET of a *SOLID SECTION", "in none", remedy)
-        found.setdefault((kind, material[element]), {})[element] = nodes
-    if not found:
-        raise fault("A deck without matrices", "must hold solid elements", "without", f"Add *ELEMENT. {LET_CALCULIX}")
-    return found
-
-
-def _material(name: str, solids: Solids, physics: Physics) -> Material:
-    """E, ν and ρ of a material, in the units of the deck."""
-    if name not in solids.materials:
-        remedy = nearest(name, solids.materials)
-        raise fault("MATERIAL of *SOLID SECTION", "must be a *MATERIAL of the deck with *ELASTIC", name, remedy)
-    elastic = solids.elastic(name)
-    try:
-        (density,) = constants("must have one line of *DENSITY", physics.densities.get(name, ()), 1)
-        return replace(elastic, density=density)
-    except InputError as error:
-        raise InputError(f"The material {name}: {error}") from None
-
-
-def _fixed(physics: Physics, deck: Deck, index: Mapping[str, int]) -> np.ndarray:
-    """Whether *BOUNDARY fixes each direction of each node, (nodes, 3)."""
-    fixed = np.zeros((len(index), 3), dtype=bool)
-    for card in physics.supports:
-        for nodes, first, last in _supports(card, deck):
-            places = [index[node] for node in nodes if node in index]
-            fixed[places, first - 1 : last] = True
-    for node in deck.turned.axes:
-        if node in index and 0 < fixed[index[node]].sum() < 3:
+    fixed = np.zeros(points.shape, dtype=bool)
+    for nodes, first, last in supports:
+        fixed[[index[node] for node in nodes if node in index], first - 1 : last] = True
+    for node in deck.turned.axes.keys() & index.keys():
+        if 0 < fixed[index[node]].sum() < 3:
             rule = "must fix all three directions of a node with axes of its own (*TRANSFORM), or none"
             raise fault("*BOUNDARY", rule, f"one or two of node {node}", LET_CALCULIX)
-    return fixed
+    free = np.flatnonzero(~fixed)
+    parts = [
+        f"{counted(len(own), 'element')} {kind} of {name} (E = {materials[name].young:g}, Poisson's ratio "
+        f"{materials[name].poisson:g}, density {materials[name].density:g}; mass {mass:.6g})"
+        for ((kind, name), own), mass in zip(elements.items(), masses, strict=True)
+    ]
+    notes = [
+        f"M and K are assembled from the mesh of {file}, without a run, in the units of the deck: {first_of(parts)}; "
+        f"*BOUNDARY holds {counted(int(fixed.any(axis=1).sum()), 'node')}."
+    ]
+    if loads:
+        notes.append(f"Of the steps of {file}, *BOUNDARY alone counts, not {first_of(list(dict.fromkeys(loads)))}.")
+    matrices = {"M": M[free][:, free], "K": K[free][:, free]}
+    dofs = tuple(dof(names[row // 3], row % 3 + 1) for row in free.tolist())
+    said = (*notes, *deck.notes)
+    return Content("mesh of a deck, assembled", matrices, dofs, deck.nodes, deck.sets, said, deck.cells, deck.solids)
 
 
-def _supports(card: Card, deck: Deck) -> Iterator[tuple[tuple[str, ...], int, int]]:
-    """Nodes, and the first and the last direction in which they are fixed."""
+def _obeyed(deck: Deck) -> tuple[dict[str, list[Card]], Supports, list[str]]:
+    """The *DENSITY cards by material, the supports in force in the last step, and the cards of steps that have no effect."""
+    densities, supports, loads = dict[str, list[Card]](), Supports(), list[str]()
+    material, new_step = "", False
+    for card, in_step in deck.others:
+        new_step |= card.keyword == "STEP"
+        if card.keyword == "MATERIAL":
+            material = card.name("NAME")
+        elif card.keyword == "DENSITY":
+            densities.setdefault(material, []).append(card)
+        elif card.keyword == "BOUNDARY":
+            if new_step and card.name("OP") == "NEW":
+                supports.clear()
+            new_step = False
+            supports += _supports(card, deck)
+        elif in_step and not card.keyword.startswith(("CHANGE ", "MODEL CHANGE")):
+            loads += [] if card.keyword.endswith(NO_LOADS) else [f"*{card.keyword}"]
+        elif card.keyword not in MESH_CARDS.harmless | MODEL_CARDS.obeyed:
+            rule = "must hold cards that count where stickslip assembles the matrices"
+            remedy = MESH_CARDS.refused.get(card.keyword, "Delete it if it changes nothing.")
+            raise fault(card.line.place, rule, f"*{card.keyword}", f"{remedy} {LET_CALCULIX}")
+    return densities, supports, loads
+
+
+def _supports(card: Card, deck: Deck) -> Iterator[tuple[Sequence[str], int, int]]:
+    """What one *BOUNDARY fixes."""
     for option in card.options.keys() - SUPPORT_OPTIONS:
         raise fault(f"{card.line.place}, *BOUNDARY", "must fix nodes", option, LET_CALCULIX)
     for line in card.data:
         what = f"{card.line.place}, *BOUNDARY, {line[:60]}:"
-        where, *words = (label(word) for word in [*fields(line), "", ""])
+        where, *words = (label(word) for word in [*fields(line), "", "", ""])
         bare = where.rpartition(".")[2].lstrip("0")
         if where not in deck.sets and bare not in deck.nodes:
             raise fault(what, "must begin with a node or a set of nodes", where, nearest(where, deck.sets))
-        numbers = fields(NAMED[words[0]]) if words[0] in NAMED else words
-        first, last = integer(numbers[0]), integer(numbers[1] or numbers[0])
-        if not 1 <= first <= last <= 6:
-            raise fault(what, "must fix directions from 1 to 6", [first, last])
-        if value := coordinate(words[2]):
-            raise fault(what, "must hold the nodes at 0", value, LET_CALCULIX)
-        yield deck.sets.get(where, (bare,)), first, last
+        start, end = fields(NAMED[words[0]]) if words[0] in NAMED else (words[0], words[1] or words[0])
+        if not (start and start in "123456" and start <= end and end in "123456"):
+            raise fault(what, "must fix directions from 1 to 6", words[:2])
+        if coordinate(words[2]):
+            raise fault(what, "must hold the nodes at 0", words[2], LET_CALCULIX)
+        yield deck.sets.get(where, (bare,)), int(start), int(end)
+
+
+def _elements(solids: Solids, known: Mapping[str, Point]) -> dict[tuple[str, str], dict[str, list[str]]]:
+    """The nodes of each element, by its kind and the name of its material."""
+    material = {element: name for members, name in solids.sections for element in members}
+    found: dict[tuple[str, str], dict[str, list[str]]] = {}
+    owner: dict[str, str] = {}
+    for element, words in solids.nodes.items():
+        kind, nodes = solids.kinds[element], [word.lstrip("0") for word in words]
+        what = f"Element {element} ({kind})"
+        if kind not in NODES:
+            raise fault(what, f"must be one of {', '.join(NODES)}", kind, LET_CALCULIX)
+        if element in solids.repeated:
+            raise fault(what, "must be defined once", "defined again", "Delete one of the two, or number it anew.")
+        if not len(set(nodes)) == len(nodes) == NODES[kind]:
+            raise fault(what, f"must name {NODES[kind]} different nodes", f"with {', '.join(nodes)}")
+        if not known.keys() >= set(nodes):
+            raise fault(what, "must have all its nodes in *NODE", f"with {', '.join(set(nodes) - known.keys())} missing")
+        if element not in material:
+            raise fault(what, "must be in the ELSET of a *SOLID SECTION", "in none", "Give its ELSET a section with a material.")
+        found.setdefault((kind, material[element]), {})[element] = nodes
+    if not found:
+        raise fault("A deck without matrices", "must hold solid elements", "without", f"Add *ELEMENT. {LET_CALCULIX}")
+    linear, quadratic = (
+        {node for (kind, _), own in found.items() if (kind in LINEAR) is here for nodes in own.values() for node in nodes}
+        for here in (True, False)
+    )
+    if common := linear & quadratic:
+        rule = "must have no nodes in common: between these the mesh would gape"
+        raise fault("Linear and quadratic elements", rule, f"joined at node {min(common, key=int)}", "Mesh the body anew.")
+    return found
+
+
+def _material(name: str, solids: Solids, densities: Sequence[Card]) -> Material:
+    """E, ν and ρ of a material, in the units of the deck."""
+    if name not in solids.materials:
+        rule = "must be a *MATERIAL of the deck with *ELASTIC"
+        raise fault("MATERIAL of *SOLID SECTION", rule, name, nearest(name, solids.materials))
+    elastic = solids.elastic(name)
+    try:
+        (density,) = constants("must have one line of *DENSITY", densities, 1)
+        return replace(elastic, density=density)
+    except InputError as error:
+        raise InputError(f"The material {name}: {error}") from None

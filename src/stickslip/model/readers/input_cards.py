@@ -8,7 +8,7 @@ The solid elements of a deck with their materials, from which stress is recovere
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from stickslip.model.readers.deck import CardList
@@ -116,25 +116,6 @@ SPACED = {"".join(name.split()): name for name in (*MODEL_CARDS.known, "STEP", "
 """Keywords as the manuals write them; blanks in a keyword do not count."""
 
 
-CHANGES = ("CHANGE ", "MODEL CHANGE")
-"""How cards of a step begin that change the model itself."""
-
-
-@dataclass
-class Physics:
-    """What an input deck says beside nodes, sets and elements. densities: *DENSITY by the name of a material; supports: *BOUNDARY
-    as in force in the last step; places: where each keyword of the model stands first; loads: the same of the steps; repeated:
-    elements that stand twice; new_step: whether *BOUNDARY, OP=NEW removes the supports before it.
-    """
-
-    densities: dict[str, list[Card]] = field(default_factory=dict)
-    supports: list[Card] = field(default_factory=list)
-    places: dict[str, str] = field(default_factory=dict)
-    loads: dict[str, str] = field(default_factory=dict)
-    repeated: list[str] = field(default_factory=list)
-    new_step: bool = False
-
-
 NO_STRESS = ("MASS", "SPRING", "DASHPOT", "ROTARYI", "GAP", "DCOUP")
 """How names of elements begin that have no stress at their nodes."""
 
@@ -150,7 +131,7 @@ class SolidElement(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Solids:
     """nodes and kinds: of each element; sections: a set of elements and the name of its material, in the order of the deck;
-    materials: the *ELASTIC cards by the name of a material; pascals: the unit of stress of the deck, Pa.
+    materials: the *ELASTIC cards by the name of a material; repeated: elements that stand once more; pascals: the unit of stress of the deck, Pa.
 
     Materials are read where an element needs them: a deck that describes more than stress needs stays readable.
     """
@@ -159,6 +140,7 @@ class Solids:
     kinds: Mapping[str, str]
     sections: Sequence[tuple[Set[str], str]]
     materials: Mapping[str, Sequence[Card]]
+    repeated: Sequence[str] = ()
     pascals: float = 1.0
 
     def around(self, nodes: Set[str]) -> list[SolidElement]:

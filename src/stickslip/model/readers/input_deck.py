@@ -34,7 +34,7 @@ from stickslip.model.readers.deck import (
     turning_points,
 )
 from stickslip.model.readers.included_files import Lines
-from stickslip.model.readers.input_cards import CHANGES, MODEL_CARDS, Card, Physics, Solids, cards, fields, included, label
+from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, cards, fields, included, label
 from stickslip.model.readers.model import given_twice, located_once
 from stickslip.model.readers.numbers import coordinate, integer
 from stickslip.model.structure.matrices import Point
@@ -54,6 +54,8 @@ NUMBERED_ANEW = (
 )
 SET_OPTIONS = {"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "INPUT", ""}
 """Parameters of *NSET and *ELSET: a member after a comma at the end of the line must not be taken for one."""
+MESH = {"NODE", "ELEMENT", "NSET", "ELSET"}
+"""Cards of which a deck keeps what they say, and not the many lines."""
 Members = dict[str, dict[str, None]]
 """Nodes or elements by the name of a set, in the order of the deck."""
 
@@ -64,7 +66,7 @@ class Mesh:
 
     elements: all nodes by element; turned: *TRANSFORM by its set of nodes, which may stand after it; unsorted: sets whose
     members keep their order; kinds: names of the kinds of elements; sections: sets of elements and their materials; placed: the
-    data lines that place an instance.
+    data lines that place an instance; repeated: elements that stand once more.
     """
 
     nodes: dict[str, Point] = field(default_factory=dict)
@@ -78,6 +80,7 @@ class Mesh:
     sections: list[tuple[str, str]] = field(default_factory=list)
     frame: Frame = GLOBAL
     placed: list[str] = field(default_factory=list)
+    repeated: list[str] = field(default_factory=list)
 
 
 def read_deck(path: Path) -> Deck:
@@ -86,7 +89,8 @@ def read_deck(path: Path) -> Deck:
     reader, met, in_step = _Reader(lines), CardsMet(MODEL_CARDS), False
     for card in cards(lines.read()):
         in_step = card.keyword == "STEP" or (in_step and card.keyword != "END STEP")
-        reader.note(card, in_step)
+        if card.keyword not in MESH:
+            reader.others.append((card, in_step))
         if card.keyword in READ or not in_step:
             try:
                 if met.obeys(card.keyword, card.line.place):
@@ -96,7 +100,7 @@ def read_deck(path: Path) -> Deck:
                 located = f"line {card.line.number}" in message
                 raise error if located else InputError(f"{card.line.place}, *{card.keyword}: {message}") from None
     deck = reader.deck(path.name)
-    deck.physics = reader.physics
+    deck.others = reader.others
     if met.missing:  # elements that are not read share the stress at a node
         deck.solids = None
     none = () if deck.nodes else (f"{path.name} holds no nodes.",)
@@ -116,13 +120,7 @@ class _Reader:
         self.cut: list[str] = []
         self.material = ""
         self.materials: dict[str, list[Card]] = {}
-        self.physics = Physics()
-
-    def note(self, card: Card, in_step: bool) -> None:
-        """The place of a card for those who need more than nodes, sets and elements; what changes the model counts in a step too."""
-        places = self.physics.loads if in_step and not card.keyword.startswith(CHANGES) else self.physics.places
-        places.setdefault(card.keyword, card.line.place)
-        self.physics.new_step |= card.keyword == "STEP"
+        self.others: list[tuple[Card, bool]] = []
 
     def node(self, card: Card) -> None:
         kind = card.name("SYSTEM") or "R"
@@ -213,7 +211,7 @@ class _Reader:
                 self.mesh.cells.add(shape, words[1:])
             self.mesh.cells.lost += not whole
             if words[0] in self.mesh.elements:
-                self.physics.repeated.append(words[0])
+                self.mesh.repeated.append(words[0])
             self.mesh.elements[words[0]] = tuple(words[1:])
             self.mesh.kinds[words[0]] = kind
             own[words[0]] = None
@@ -226,15 +224,6 @@ class _Reader:
 
     def elastic(self, card: Card) -> None:
         self.materials.setdefault(self.material, []).append(card)
-
-    def density(self, card: Card) -> None:
-        self.physics.densities.setdefault(self.material, []).append(card)
-
-    def boundary(self, card: Card) -> None:
-        if self.physics.new_step and card.name("OP") == "NEW":
-            self.physics.supports.clear()
-        self.physics.new_step = False
-        self.physics.supports.append(card)
 
     def transform(self, card: Card) -> None:
         numbers = [coordinate(word) for line in card.data for word in fields(line)]
@@ -308,16 +297,16 @@ class _Reader:
         notes = () if plain else (NUMBERED_ANEW.format(file=file, node=f"{first}.{next(iter(only.nodes), 1)}"),)
         cells = only.cells.cells if plain else {}
         solids = self._solids(only) if plain else None
-        if solids is not None:  # springs and masses of the assembly, with numbers of their own
-            own_kinds = {f"{element} of the assembly": kind for element, kind in self.whole.kinds.items()}
-            own_nodes = {f"{element} of the assembly": nodes for element, nodes in self.whole.elements.items()}
-            solids = replace(solids, kinds={**solids.kinds, **own_kinds}, nodes={**solids.nodes, **own_nodes})
         named_sets = alone | sets | dict(own)
         return Deck(nodes, named_sets, (*notes, *only.cells.notes(file)), cells, self._turned(file, names, nodes), solids=solids)
 
     def _solids(self, mesh: Mesh) -> Solids:
         sections = [(mesh.elsets.get(elset, {}).keys(), material) for elset, material in mesh.sections]
-        return Solids(mesh.elements, mesh.kinds, sections, self.materials)
+        elements, kinds = mesh.elements, mesh.kinds
+        if self.instances:  # elements of the assembly itself, such as springs, have numbers of their own
+            elements = elements | {f"{number} of the assembly": nodes for number, nodes in self.whole.elements.items()}
+            kinds = kinds | {f"{number} of the assembly": kind for number, kind in self.whole.kinds.items()}
+        return Solids(elements, kinds, sections, self.materials, mesh.repeated)
 
     def _turned(self, file: str, names: Mapping[str, str], nodes: Mapping[str, Point]) -> NodeAxes:
         """The axes of *TRANSFORM at nodes by their names in the matrices, `names` where these differ from INSTANCE.NUMBER."""
@@ -462,8 +451,6 @@ READ: Mapping[str, Callable[[_Reader, Card], None]] = {
     "SOLID SECTION": _Reader.solid_section,
     "MATERIAL": _Reader.named_material,
     "ELASTIC": _Reader.elastic,
-    "DENSITY": _Reader.density,
-    "BOUNDARY": _Reader.boundary,
 }
 """What each card that counts does."""
 

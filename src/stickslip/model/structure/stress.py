@@ -22,9 +22,8 @@ from scipy import linalg
 
 from stickslip.model.structure.cyclic import ONE_SECTOR, HeldDiameters, of_all_sectors, sector_name
 from stickslip.model.structure.cyclic_reduction import Reduction
-from stickslip.model.structure.elements import NODES, SMALLEST_VOLUME, element
 from stickslip.model.structure.matrices import freedoms
-from stickslip.model.structure.solid import STEEL, Material, Solid
+from stickslip.model.structure.solid import NODES, SMALLEST_VOLUME, STEEL, Material, Solid, element
 from stickslip.support.checks import Array, InputError, among, counted, fault, numbers, positive, vector
 from stickslip.support.late import skfem
 
