@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.model.readers.deck import CardList, Deck
 from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, constants, fields, label
 from stickslip.model.readers.model import Content, dof
-from stickslip.model.readers.numbers import coordinate, integer
+from stickslip.model.readers.numbers import coordinate
 from stickslip.model.structure.matrices import Point
 from stickslip.model.structure.solid import NODES, Group, Material, mesh_matrices
 from stickslip.support.checks import InputError, counted, fault, finite, first_of, nearest
@@ -43,7 +43,7 @@ def assembled(file: str, deck: Deck) -> Content:
         for (kind, name), own in elements.items()
     ]
     points = np.array([[finite(f"The coordinates of node {name}", x) for x in deck.nodes[name]] for name in names])
-    M, K, masses = mesh_matrices(points, groups)
+    M, K = mesh_matrices(points, groups)
     fixed = np.zeros(points.shape, dtype=bool)
     for nodes, first, last in supports:
         fixed[[index[node] for node in nodes if node in index], first - 1 : last] = True
@@ -52,14 +52,11 @@ def assembled(file: str, deck: Deck) -> Content:
             rule = "must fix all three directions of a node with axes of its own (*TRANSFORM), or none"
             raise fault("*BOUNDARY", rule, f"one or two of node {node}", LET_CALCULIX)
     free = np.flatnonzero(~fixed)
-    parts = [
-        f"{counted(len(own), 'element')} {kind} of {name} (E = {materials[name].young:g}, Poisson's ratio "
-        f"{materials[name].poisson:g}, density {materials[name].density:g}; mass {mass:.6g})"
-        for ((kind, name), own), mass in zip(elements.items(), masses, strict=True)
-    ]
+    parts = [f"{counted(len(own), 'element')} {kind} of {name}" for (kind, name), own in elements.items()]
+    of = [f"{name} with E = {m.young:g}, ν = {m.poisson:g}, density {m.density:g}" for name, m in materials.items()]
     notes = [
-        f"M and K are assembled from the mesh of {file}, without a run, in the units of the deck: {first_of(parts)}; "
-        f"*BOUNDARY holds {counted(int(fixed.any(axis=1).sum()), 'node')}."
+        f"M and K are assembled from the mesh of {file}, without a run: {first_of(parts)} ({'; '.join(of)}); mass "
+        f"{M.sum() / 3.0:.6g} in the units of the deck; *BOUNDARY holds {counted(int(fixed.any(axis=1).sum()), 'node')}."
     ]
     if loads:
         notes.append(f"Of the steps of {file}, *BOUNDARY alone counts, not {first_of(list(dict.fromkeys(loads)))}.")
@@ -115,7 +112,6 @@ def _elements(solids: Solids, known: Mapping[str, Point]) -> dict[tuple[str, str
     """The nodes of each element, by its kind and the name of its material."""
     material = {element: name for members, name in solids.sections for element in members}
     found: dict[tuple[str, str], dict[str, list[str]]] = {}
-    owner: dict[str, str] = {}
     for element, words in solids.nodes.items():
         kind, nodes = solids.kinds[element], [word.lstrip("0") for word in words]
         what = f"Element {element} ({kind})"

@@ -131,7 +131,8 @@ class SolidElement(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Solids:
     """nodes and kinds: of each element; sections: a set of elements and the name of its material, in the order of the deck;
-    materials: the *ELASTIC cards by the name of a material; repeated: elements that stand once more; pascals: the unit of stress of the deck, Pa.
+    materials: the *ELASTIC cards by the name of a material; repeated: elements that stand once more; pascals: the unit of
+    stress of the deck, Pa.
 
     Materials are read where an element needs them: a deck that describes more than stress needs stays readable.
     """

@@ -6,7 +6,7 @@ writes. (CalculiX CrunchiX User's Manual, Element types; the points of the mass 
 scikit-fem gives the shape functions and is imported on first use only.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
@@ -138,7 +138,7 @@ def solid(mesh: Any, material: Material = STEEL) -> Solid:
     nodes = shapes.rows[:, list(element("C3D20").order), 0] // 3
     if np.linalg.det(shapes.points[nodes[0, [1, 3, 4]]] - shapes.points[nodes[0, 0]]) < 0.0:  # left-handed: the other face first
         nodes = nodes[:, np.r_[4:8, 0:4, 12:16, 8:12, 16:20]]
-    M, K, _ = mesh_matrices(shapes.points, [Group("C3D20", material, (), nodes)])
+    M, K = mesh_matrices(shapes.points, [Group("C3D20", material, (), nodes)])
     return Solid(M, K, shapes.points, np.arange(shapes.size).reshape(-1, 3))
 
 
@@ -247,59 +247,44 @@ class Group(NamedTuple):
     nodes: Indices
 
 
-def mesh_matrices(points: Array, groups: Sequence[Group]) -> tuple[sparse.csc_array, sparse.csc_array, list[float]]:
-    """M and K of the free body, rows x, y, z of each point in turn, and the mass of each group.
+def mesh_matrices(points: Array, groups: Sequence[Group]) -> tuple[sparse.csc_array, sparse.csc_array]:
+    """M and K of the free body, rows x, y, z of each point in turn.
 
     K_ab = ∫ λ ∂N_a/∂x_i ∂N_b/∂x_j + μ (∂N_a/∂x_j ∂N_b/∂x_i + δ_ij ∇N_a·∇N_b) dV, M_ab = δ_ij ∫ ρ N_a N_b dV.
     """
     size = len(points)
-    # Entries are summed by pairs of nodes, a third of the rows in each direction: much less memory than by pairs of rows.
-    pairs = np.concatenate([(size * group.nodes[:, :, None] + group.nodes[:, None, :]).ravel() for group in groups])
-    distinct, place = np.unique(pairs, return_inverse=True)
+    # Entries are summed by pairs of nodes: there are nine times as many pairs of rows.
+    pairs = [(size * nodes[:, :, None] + nodes[:, None, :]).ravel() for *_, nodes in groups]
+    distinct, place = np.unique(np.concatenate(pairs), return_inverse=True)
     blocks, masses = np.zeros((len(distinct), 3, 3)), np.zeros(len(distinct))
-    totals, start = list[float](), 0
-    for group in groups:
-        slopes, volumes = _slopes(group, points[group.nodes])
-        values = element(group.kind).values
-        own = place[start : start + group.nodes.size * group.nodes.shape[1]]
-        start += own.size
-        products = np.einsum("qa,qb->qab", values, values).reshape(len(values), -1)
-        masses += np.bincount(own, (group.material.density * volumes @ products).ravel(), len(distinct))
-        totals.append(group.material.density * float(volumes.sum()))
-        for (i, j), matrices in _stiffness(slopes, volumes, group.material):
-            blocks[:, i, j] += np.bincount(own, matrices.ravel(), len(distinct))
-    for i, j in ((1, 0), (2, 0), (2, 1)):  # the pair (b, a) has the transpose of the block of (a, b)
-        blocks[:, i, j] = blocks[np.searchsorted(distinct, distinct % size * size + distinct // size), j, i]
+    for (kind, material, names, nodes), own in zip(groups, np.split(place, np.cumsum([*map(len, pairs)])[:-1]), strict=True):
+        slopes, volumes = slopes_of(kind, names, points[nodes])
+        products = np.einsum("qa,qb->qab", element(kind).values, element(kind).values).reshape(volumes.shape[1], -1)
+        masses += np.bincount(own, (material.density * volumes @ products).ravel(), len(distinct))
+        lam, shear = material.lame
+        weighted = (volumes[:, :, None, None] * slopes).transpose(2, 0, 3, 1)  # (axis, cells, nodes, q)
+        trace = shear * sum(weighted[k] @ slopes[:, :, k] for k in range(3))
+        for i, j in np.ndindex(3, 3):
+            product = weighted[i] @ slopes[:, :, j]
+            stiffness = lam * product + shear * product.swapaxes(1, 2) + (trace if i == j else 0.0)
+            blocks[:, i, j] += np.bincount(own, stiffness.ravel(), len(distinct))
     indices, starts = distinct % size, np.searchsorted(distinct, size * np.arange(size + 1))
-    M = sparse.bsr_array((masses[:, None, None], indices, starts), shape=(size, size))
+    M = sparse.csr_array((masses, indices, starts), shape=(size, size))
     K = sparse.bsr_array((blocks, indices, starts), shape=(3 * size, 3 * size))
-    return sparse.csc_array(sparse.kron(M, sparse.eye_array(3), format="csc")), K.tocsc(), totals
+    return sparse.csc_array(sparse.kron(M, sparse.eye_array(3), format="csc")), K.tocsc()
 
 
-def _slopes(group: Group, points: Array) -> tuple[Array, Array]:
+def slopes_of(kind: str, names: Sequence[str], points: Array) -> tuple[Array, Array]:
     """Slopes of the shape functions along x, y, z (cells, q, 3, nodes) and volumes (cells, q) at the integration points."""
-    own = element(group.kind)
+    own = element(kind)
     jacobian = np.einsum("qal,cax->cqlx", own.gradients, points)
     determinants = np.linalg.det(jacobian)
-    large = determinants.min(axis=1) > SMALLEST_VOLUME * np.ptp(points, axis=1).max(axis=1) ** 3
-    if not large.all():
-        first = int(np.argmin(large))
-        remedy = "Move its nodes, or number them in the order of the manual: mesh the body again, or turn the element round."
+    flat = np.flatnonzero(~(determinants.min(axis=1) > SMALLEST_VOLUME * np.ptp(points, axis=1).max(axis=1) ** 3))
+    if flat.size:
         raise fault(
-            f"The Jacobian determinant of element {group.names[first]} ({group.kind})",
-            "must be positive at its integration points",
-            float(determinants[first].min()),
-            f"{np.count_nonzero(~large)} of {len(large)} such elements are inverted or flat. {remedy}",
+            f"Element {names[flat[0]]} ({kind})",
+            "must have a positive Jacobian determinant at its integration points",
+            float(determinants[flat[0]].min()),
+            f"{flat.size} of {len(points)} such elements are inverted or flat: mesh the body anew, or put their nodes in order.",
         )
     return np.linalg.solve(jacobian, own.gradients.swapaxes(1, 2)), determinants * own.weights
-
-
-def _stiffness(slopes: Array, volumes: Array, material: Material) -> Iterator[tuple[tuple[int, int], Array]]:
-    """The part of K between directions i and j, (cells, nodes, nodes), of each i <= j."""
-    lam, shear = material.lame
-    weighted = volumes[:, :, None, None] * slopes
-    trace = sum(weighted[:, :, k].swapaxes(1, 2) @ slopes[:, :, k] for k in range(3))
-    for i in range(3):
-        for j in range(i, 3):
-            product = weighted[:, :, i].swapaxes(1, 2) @ slopes[:, :, j]
-            yield (i, j), lam * product + shear * product.swapaxes(1, 2) + (shear * trace if i == j else 0.0)

@@ -23,7 +23,7 @@ from scipy import linalg
 from stickslip.model.structure.cyclic import ONE_SECTOR, HeldDiameters, of_all_sectors, sector_name
 from stickslip.model.structure.cyclic_reduction import Reduction
 from stickslip.model.structure.matrices import freedoms
-from stickslip.model.structure.solid import NODES, SMALLEST_VOLUME, STEEL, Material, Solid, element
+from stickslip.model.structure.solid import NODES, STEEL, Material, Solid, element, slopes_of
 from stickslip.support.checks import Array, InputError, among, counted, fault, numbers, positive, vector
 from stickslip.support.late import skfem
 
@@ -122,8 +122,7 @@ def stress_rows(mesh: Any, body: Solid, place: Array, material: Material = STEEL
         for a in range(basis.Nbfun):
             gradient = np.reshape(basis.elem.gbasis(basis.mapping, at, a, only)[0].grad, 3)
             node = basis.element_dofs[a, cell]
-            for axis in range(3):
-                rows[:, body.numbers[node, axis]] += _stress(gradient, axis, material) / len(cells)
+            rows[:, body.numbers[node]] += _stress(gradient, material) / len(cells)
     return rows[:, :-1]
 
 
@@ -216,14 +215,17 @@ def _cells_around(basis: Any, mesh: Any, place: Array) -> list[tuple[int, Array]
     return cells
 
 
-def _stress(gradient: Array, axis: int, material: Material) -> Array:
-    """Stress (6,) of the displacement N e_axis with ∇N = gradient: λ tr ε 1 + 2 μ ε, Pa/m."""
+def _stress(slopes: Array, material: Material) -> Array:
+    """Stress (..., 6, 3) of the displacement N along each axis with ∇N = slopes (..., 3): λ tr ε 1 + 2 μ ε, Pa/m."""
     lam, shear = material.lame
-    strain = np.zeros((3, 3))
-    strain[axis] += 0.5 * gradient
-    strain[:, axis] += 0.5 * gradient
-    sigma = lam * np.trace(strain) * np.eye(3) + 2.0 * shear * strain
-    return np.array([sigma[0, 0], sigma[1, 1], sigma[2, 2], sigma[0, 1], sigma[1, 2], sigma[2, 0]])
+    stress = np.zeros((*slopes.shape[:-1], 6, 3))
+    for axis in range(3):
+        stress[..., :3, axis] += lam * slopes[..., axis, None]
+        stress[..., axis, axis] += 2.0 * shear * slopes[..., axis]
+    for component, (one, other) in enumerate(((0, 1), (1, 2), (2, 0)), start=3):
+        stress[..., component, one] += shear * slopes[..., other]
+        stress[..., component, other] += shear * slopes[..., one]
+    return stress
 
 
 KINDS = {kind: nodes for kind, nodes in NODES.items() if kind != "C3D20"}
@@ -252,20 +254,9 @@ def nodal_stress(kind: str, points: Array, material: Material) -> Array:
 
     kind: one of `KINDS`; points (nodes, 3) in the order of the deck, m.
     """
-    extrapolation, own = _extrapolation(kind), element(kind)
-    jacobian = np.einsum("pnl,nx->plx", own.gradients, points)
-    if not np.linalg.det(jacobian).min() > SMALLEST_VOLUME * float(np.ptp(points, axis=0).max()) ** 3:
-        raise fault("An element at a place of stress", "must have a volume", f"a {kind} that is turned inside out")
-    slopes = np.linalg.solve(jacobian, own.gradients.swapaxes(1, 2))  # (points, axis, nodes): of the shape functions, 1/m
-    lam, shear = material.lame
-    stress = np.zeros((len(slopes), 6, len(points), 3))
-    for axis in range(3):
-        stress[:, :3, :, axis] += lam * slopes[:, None, axis]
-        stress[:, axis, :, axis] += 2.0 * shear * slopes[:, axis]
-    for component, (one, other) in enumerate(((0, 1), (1, 2), (2, 0)), start=3):
-        stress[:, component, :, one] += shear * slopes[:, other]
-        stress[:, component, :, other] += shear * slopes[:, one]
-    return np.asarray(np.einsum("np,pcmx->ncmx", extrapolation, stress))
+    extrapolation = _extrapolation(kind)
+    slopes, _ = slopes_of(kind, ["at a place of stress"], points[None])
+    return np.asarray(np.einsum("np,pmcx->ncmx", extrapolation, _stress(slopes[0].swapaxes(1, 2), material)))
 
 
 Criterion = Literal["goodman", "gerber", "soderberg"]
