@@ -5,17 +5,16 @@ What a deck says beside these and would change the matrices is refused by name; 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from stickslip.model.readers.deck import CardList, Deck
-from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, constants, fields, label
+from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, fields, label
 from stickslip.model.readers.model import Content, dof
 from stickslip.model.readers.numbers import coordinate
 from stickslip.model.structure.matrices import Point
-from stickslip.model.structure.solid import NODES, Group, Material, mesh_matrices
-from stickslip.support.checks import InputError, counted, fault, finite, first_of, nearest
+from stickslip.model.structure.solid import NODES, Group, mesh_matrices
+from stickslip.support.checks import counted, fault, finite, first_of, nearest
 
 MESH_CARDS = CardList.of("mesh", sign="*")
 LET_CALCULIX = "Or let CalculiX write the matrices: *FREQUENCY, SOLVER=MATRIXSTORAGE in a *STEP (docs/calculix.md)."
@@ -37,7 +36,7 @@ def assembled(file: str, deck: Deck) -> Content:
     elements = _elements(deck.solids, deck.nodes)
     names = sorted({node for own in elements.values() for nodes in own.values() for node in nodes}, key=int)
     index = {name: place for place, name in enumerate(names)}
-    materials = {name: _material(name, deck.solids, densities.get(name, ())) for _, name in elements}
+    materials = {name: deck.solids.material(name, densities.get(name, ())) for _, name in elements}
     groups = [
         Group(kind, materials[name], tuple(own), np.array([[index[node] for node in nodes] for nodes in own.values()]))
         for (kind, name), own in elements.items()
@@ -62,8 +61,8 @@ def assembled(file: str, deck: Deck) -> Content:
         notes.append(f"Of the steps of {file}, *BOUNDARY alone counts, not {first_of(list(dict.fromkeys(loads)))}.")
     matrices = {"M": M[free][:, free], "K": K[free][:, free]}
     dofs = tuple(dof(names[row // 3], row % 3 + 1) for row in free.tolist())
-    said = (*notes, *deck.notes)
-    return Content("mesh of a deck, assembled", matrices, dofs, deck.nodes, deck.sets, said, deck.cells, deck.solids)
+    notes += deck.notes
+    return Content("mesh of a deck, assembled", matrices, dofs, deck.nodes, deck.sets, tuple(notes), deck.cells, deck.solids)
 
 
 def _obeyed(deck: Deck) -> tuple[dict[str, list[Card]], Supports, list[str]]:
@@ -136,16 +135,3 @@ def _elements(solids: Solids, known: Mapping[str, Point]) -> dict[tuple[str, str
         rule = "must have no nodes in common: between these the mesh would gape"
         raise fault("Linear and quadratic elements", rule, f"joined at node {min(common, key=int)}", "Mesh the body anew.")
     return found
-
-
-def _material(name: str, solids: Solids, densities: Sequence[Card]) -> Material:
-    """E, ν and ρ of a material, in the units of the deck."""
-    if name not in solids.materials:
-        rule = "must be a *MATERIAL of the deck with *ELASTIC"
-        raise fault("MATERIAL of *SOLID SECTION", rule, name, nearest(name, solids.materials))
-    elastic = solids.elastic(name)
-    try:
-        (density,) = constants("must have one line of *DENSITY", densities, 1)
-        return replace(elastic, density=density)
-    except InputError as error:
-        raise InputError(f"The material {name}: {error}") from None

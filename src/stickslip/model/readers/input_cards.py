@@ -8,14 +8,14 @@ The solid elements of a deck with their materials, from which stress is recovere
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from stickslip.model.readers.deck import CardList
 from stickslip.model.readers.included_files import Line
 from stickslip.model.readers.numbers import coordinate
 from stickslip.model.structure.solid import Material
-from stickslip.support.checks import InputError, fault
+from stickslip.support.checks import InputError, fault, nearest
 
 COMMA = re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')
 """A comma outside of quotation marks."""
@@ -155,23 +155,26 @@ class Solids:
         missing = [element for element in nodes_of if element not in material]
         if missing:
             raise fault("An element at a place of stress", "must have a *SOLID SECTION with a material", f"element {missing[0]}")
-        known = {name: self.elastic(name) for name in set(material.values())}
+        known = {name: self.material(name) for name in set(material.values())}
         return [SolidElement(self.kinds[element], own, known[material[element]]) for element, own in nodes_of.items()]
 
-    def elastic(self, name: str) -> Material:
-        """E and ν of one line of *ELASTIC."""
+    def material(self, name: str, densities: Sequence[Card] | None = None) -> Material:
+        """E and ν of one line of *ELASTIC, and the density of one line where its cards are given."""
         cards = self.materials.get(name, ())
         rule = "must have E and Poisson's ratio in one line of *ELASTIC, the same in all directions"
         try:
             if not all(card.name("TYPE") in ("", "ISO", "ISOTROPIC") for card in cards):
                 raise fault("it", rule, "another TYPE")
-            young, poisson = constants(rule, cards, 2)
-            return Material(self.pascals * young, poisson)
+            young, poisson = _constants(rule, cards, 2)
+            elastic = Material(self.pascals * young, poisson)
+            if densities is None:
+                return elastic
+            return replace(elastic, density=_constants("must have one line of *DENSITY", densities, 1)[0])
         except InputError as error:
-            raise InputError(f"The material {name}: {error}") from None
+            raise InputError(f"The material {name}: {error}{'' if cards else ' ' + nearest(name, self.materials)}") from None
 
 
-def constants(rule: str, cards: Sequence[Card], number: int) -> list[float]:
+def _constants(rule: str, cards: Sequence[Card], number: int) -> list[float]:
     """The first numbers of the only data line of the cards of a material."""
     lines = [fields(line) for card in cards for line in card.data]
     if len(lines) != 1 or len(lines[0]) < number:

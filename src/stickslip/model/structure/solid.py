@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from stickslip.model.structure.matrices import Structure
-from stickslip.support.checks import Array, InputError, fault, finite, positive, vector
+from stickslip.support.checks import Array, InputError, fault, finite, first_of, positive, vector
 from stickslip.support.late import skfem
 
 Indices = NDArray[np.int64]
@@ -36,7 +36,7 @@ SHAPES = {
 """Elements by name in CalculiX and Abaqus: shape functions, and the degree of polynomials that the integration is exact for."""
 NODES = {"C3D4": 4, "C3D8": 8, "C3D10": 10, "C3D20": 20, "C3D20R": 20}
 SMALLEST_VOLUME = 1e-12
-"""Determinant of the Jacobian, relative to the size of the element cubed, below which it counts as turned inside out."""
+"""Determinant of the Jacobian, relative to the size of the element cubed, below which it counts as inverted or flat."""
 
 
 @dataclass(frozen=True)
@@ -144,12 +144,11 @@ def solid(mesh: Any, material: Material = STEEL) -> Solid:
 
 @dataclass(frozen=True, eq=False)
 class ShapeFunctions:
-    """Of all cells at their quadrature points: values N_a (a, cells, q), gradients (a, 3, cells, q), volumes (cells, q) in m³.
+    """Of all cells at their quadrature points: gradients (a, 3, cells, q), volumes (cells, q) in m³.
 
     rows: (cells, a, 3), where the nodes of the cells stand among the `size` unknowns of the free body; points: (nodes, 3) in m.
     """
 
-    values: Array
     gradients: Array
     volumes: Array
     rows: Indices
@@ -173,37 +172,24 @@ def shape_functions(mesh: Any) -> ShapeFunctions:
     """Those of quadratic serendipity elements on a `MeshHex`; inverted cells are refused."""
     basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=SHAPES["C3D20"][1])
     places = np.hstack([basis.X, basis.elem.doflocs.T])
-    _refuse_inverted_cells(np.asarray(basis.mapping.detDF(places)), mesh.p[:, mesh.t].mean(axis=1))
+    determinants = np.asarray(basis.mapping.detDF(places))  # at the nodes too: a corner can fold over between the other points
+    centres = mesh.p[:, mesh.t].mean(axis=1)
+    _refuse_inverted(
+        determinants / determinants.sum() * determinants.size, lambda k: f"{k} at {centres[:, k].round(6).tolist()} m"
+    )
     volumes = np.asarray(basis.dx)
-    fields = [basis.basis[a][0] for a in range(basis.Nbfun)]
-    values = np.array([np.broadcast_to(np.asarray(field), volumes.shape) for field in fields])
-    gradients = np.array([field.grad for field in fields])
+    gradients = np.array([basis.basis[a][0].grad for a in range(basis.Nbfun)])
     rows = 3 * basis.element_dofs.T[:, :, None] + np.arange(3)
-    return ShapeFunctions(values, gradients, volumes, rows, np.asarray(basis.doflocs.T))
+    return ShapeFunctions(gradients, volumes, rows, np.asarray(basis.doflocs.T))
 
 
-def element_mass(values: Array, volumes: Array, material: Material) -> Array:
-    """Consistent M of each cell, (cells, 3a, 3a), from shape functions (a, cells, points) and volumes (cells, points)."""
-    shapes, cells, _ = values.shape
-    products = np.einsum("acp,bcp,cp->cab", values, values, material.density * volumes, optimize=True)
-    mass = np.zeros((cells, shapes, 3, shapes, 3))
-    for axis in range(3):
-        mass[:, :, axis, :, axis] = products
-    return mass.reshape(cells, 3 * shapes, 3 * shapes)
-
-
-def _refuse_inverted_cells(determinants: Array, centres: Array) -> None:
-    """Refuse cells whose Jacobian determinant, (cells, points), changes its sign or has another one than the mesh as a whole.
-
-    The points are those of the quadrature and the nodes: a corner can fold over between points that see nothing of it.
-    """
-    sign = np.sign(determinants.sum()) or 1.0
-    bad = np.flatnonzero(np.any(sign * determinants <= 0.0, axis=1))
+def _refuse_inverted(determinants: Array, named: Callable[[int], str]) -> None:
+    """Refuse cells of which a Jacobian determinant, (cells, points), relative to their size, is not positive."""
+    bad = np.flatnonzero(~np.all(determinants > SMALLEST_VOLUME, axis=1))
     if bad.size:
-        listed = ", ".join(f"{cell} at {np.round(centres[:, cell], 6).tolist()} m" for cell in bad[:5])
         raise InputError(
-            f"Cells of a mesh must not be inverted (Jacobian determinant of one sign), but {bad.size} are: {listed}"
-            f"{', ...' if bad.size > 5 else ''}. Move their nodes apart, or number them in one sense."
+            f"Cells of a mesh must not be inverted or flat (Jacobian determinant of one sign), but {bad.size} are: "
+            f"{first_of([named(cell) for cell in bad.tolist()])}. Move their nodes apart, or number them in one sense."
         )
 
 
@@ -279,12 +265,6 @@ def slopes_of(kind: str, names: Sequence[str], points: Array) -> tuple[Array, Ar
     own = element(kind)
     jacobian = np.einsum("qal,cax->cqlx", own.gradients, points)
     determinants = np.linalg.det(jacobian)
-    flat = np.flatnonzero(~(determinants.min(axis=1) > SMALLEST_VOLUME * np.ptp(points, axis=1).max(axis=1) ** 3))
-    if flat.size:
-        raise fault(
-            f"Element {names[flat[0]]} ({kind})",
-            "must have a positive Jacobian determinant at its integration points",
-            float(determinants[flat[0]].min()),
-            f"{flat.size} of {len(points)} such elements are inverted or flat: mesh the body anew, or put their nodes in order.",
-        )
+    size = np.ptp(points, axis=1).max(axis=1)
+    _refuse_inverted(determinants / size[:, None] ** 3, lambda cell: f"element {names[cell]} ({kind})")
     return np.linalg.solve(jacobian, own.gradients.swapaxes(1, 2)), determinants * own.weights
