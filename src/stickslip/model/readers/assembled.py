@@ -20,12 +20,9 @@ MESH_CARDS = CardList.of("mesh", sign="*")
 LET_CALCULIX = "Or let CalculiX write the matrices: *FREQUENCY, SOLVER=MATRIXSTORAGE in a *STEP (docs/calculix.md)."
 NAMED = {"ENCASTRE": "1,6", "PINNED": "1,3", "XSYMM": "1,1", "YSYMM": "2,2", "ZSYMM": "3,3"}
 """Supports that have a name, and the first and the last direction that they fix at a node of a solid."""
-SUPPORT_OPTIONS = {"OP", "FIXED", "AMPLITUDE", "TYPE", ""}
 NO_LOADS = ("STEP", "STATIC", "FREQUENCY", "FILE", "PRINT", "OUTPUT")
 """How cards of a step end that are no loads."""
-LINEAR = ("C3D4", "C3D8")
-Supports = list[tuple[Sequence[str], int, int]]
-"""Nodes, and the first and the last direction in which they are fixed."""
+Support = tuple[Sequence[str], int, int]
 
 
 def assembled(file: str, deck: Deck) -> Content:
@@ -61,13 +58,12 @@ def assembled(file: str, deck: Deck) -> Content:
         notes.append(f"Of the steps of {file}, *BOUNDARY alone counts, not {first_of(list(dict.fromkeys(loads)))}.")
     matrices = {"M": M[free][:, free], "K": K[free][:, free]}
     dofs = tuple(dof(names[row // 3], row % 3 + 1) for row in free.tolist())
-    notes += deck.notes
-    return Content("mesh of a deck, assembled", matrices, dofs, deck.nodes, deck.sets, tuple(notes), deck.cells, deck.solids)
+    return Content("mesh of a deck", matrices, dofs, deck.nodes, deck.sets, (*notes, *deck.notes), deck.cells, deck.solids)
 
 
-def _obeyed(deck: Deck) -> tuple[dict[str, list[Card]], Supports, list[str]]:
+def _obeyed(deck: Deck) -> tuple[dict[str, list[Card]], list[Support], list[str]]:
     """The *DENSITY cards by material, the supports in force in the last step, and the cards of steps that have no effect."""
-    densities, supports, loads = dict[str, list[Card]](), Supports(), list[str]()
+    densities, supports, loads = dict[str, list[Card]](), list[Support](), list[str]()
     material, new_step = "", False
     for card, in_step in deck.others:
         new_step |= card.keyword == "STEP"
@@ -89,9 +85,9 @@ def _obeyed(deck: Deck) -> tuple[dict[str, list[Card]], Supports, list[str]]:
     return densities, supports, loads
 
 
-def _supports(card: Card, deck: Deck) -> Iterator[tuple[Sequence[str], int, int]]:
-    """What one *BOUNDARY fixes."""
-    for option in card.options.keys() - SUPPORT_OPTIONS:
+def _supports(card: Card, deck: Deck) -> Iterator[Support]:
+    """Nodes that one *BOUNDARY fixes, and the first and the last direction."""
+    for option in card.options.keys() - {"OP", "FIXED", "AMPLITUDE", "TYPE", ""}:
         raise fault(f"{card.line.place}, *BOUNDARY", "must fix nodes", option, LET_CALCULIX)
     for line in card.data:
         what = f"{card.line.place}, *BOUNDARY, {line[:60]}:"
@@ -100,7 +96,7 @@ def _supports(card: Card, deck: Deck) -> Iterator[tuple[Sequence[str], int, int]
         if where not in deck.sets and bare not in deck.nodes:
             raise fault(what, "must begin with a node or a set of nodes", where, nearest(where, deck.sets))
         start, end = fields(NAMED[words[0]]) if words[0] in NAMED else (words[0], words[1] or words[0])
-        if not (start and start in "123456" and start <= end and end in "123456"):
+        if not {start, end} <= set("123456") or start > end:
             raise fault(what, "must fix directions from 1 to 6", words[:2])
         if coordinate(words[2]):
             raise fault(what, "must hold the nodes at 0", words[2], LET_CALCULIX)
@@ -127,11 +123,10 @@ def _elements(solids: Solids, known: Mapping[str, Point]) -> dict[tuple[str, str
         found.setdefault((kind, material[element]), {})[element] = nodes
     if not found:
         raise fault("A deck without matrices", "must hold solid elements", "without", f"Add *ELEMENT. {LET_CALCULIX}")
-    linear, quadratic = (
-        {node for (kind, _), own in found.items() if (kind in LINEAR) is here for nodes in own.values() for node in nodes}
-        for here in (True, False)
-    )
-    if common := linear & quadratic:
+    of_order: tuple[set[str], set[str]] = set(), set()
+    for (kind, _), own in found.items():
+        of_order[kind in ("C3D4", "C3D8")].update(*own.values())
+    if common := of_order[0] & of_order[1]:
         rule = "must have no nodes in common: between these the mesh would gape"
         raise fault("Linear and quadratic elements", rule, f"joined at node {min(common, key=int)}", "Mesh the body anew.")
     return found

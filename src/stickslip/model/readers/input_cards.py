@@ -167,9 +167,8 @@ class Solids:
                 raise fault("it", rule, "another TYPE")
             young, poisson = _constants(rule, cards, 2)
             elastic = Material(self.pascals * young, poisson)
-            if densities is None:
-                return elastic
-            return replace(elastic, density=_constants("must have one line of *DENSITY", densities, 1)[0])
+            one = "must have one line of *DENSITY"
+            return elastic if densities is None else replace(elastic, density=_constants(one, densities, 1)[0])
         except InputError as error:
             raise InputError(f"The material {name}: {error}{'' if cards else ' ' + nearest(name, self.materials)}") from None
 

@@ -54,8 +54,6 @@ NUMBERED_ANEW = (
 )
 SET_OPTIONS = {"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "INPUT", ""}
 """Parameters of *NSET and *ELSET: a member after a comma at the end of the line must not be taken for one."""
-MESH = {"NODE", "ELEMENT", "NSET", "ELSET"}
-"""Cards of which a deck keeps what they say, and not the many lines."""
 Members = dict[str, dict[str, None]]
 """Nodes or elements by the name of a set, in the order of the deck."""
 
@@ -89,7 +87,7 @@ def read_deck(path: Path) -> Deck:
     reader, met, in_step = _Reader(lines), CardsMet(MODEL_CARDS), False
     for card in cards(lines.read()):
         in_step = card.keyword == "STEP" or (in_step and card.keyword != "END STEP")
-        if card.keyword not in MESH:
+        if card.keyword not in ("NODE", "ELEMENT", "NSET", "ELSET"):  # of these, the many lines are not kept
             reader.others.append((card, in_step))
         if card.keyword in READ or not in_step:
             try:

@@ -13,7 +13,6 @@ under complex static and alternating stresses (1959), for several components.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import Any, Literal
 
 import numpy as np
@@ -232,17 +231,6 @@ KINDS = {kind: nodes for kind, nodes in NODES.items() if kind != "C3D20"}
 """Elements whose stress is recovered, and the number of their nodes."""
 
 
-@cache
-def _extrapolation(kind: str) -> Array:
-    """From the integration points of an element to its nodes, (nodes, points)."""
-    if kind not in KINDS:
-        remedy = "Choose another place, or model this region with one of them."
-        raise fault("An element at a place of stress", f"must be one of {', '.join(KINDS)}", kind, remedy)
-    own = element(kind)
-    to_corners = _polynomial(own.corners, len(own.points)) @ np.linalg.inv(_polynomial(own.points, len(own.points)))
-    return np.asarray(to_corners[own.ends].mean(axis=1))
-
-
 def _polynomial(at: Array, terms: int) -> Array:
     """The terms of the polynomial through 1, 4 or 8 integration points, (places, terms): constant, linear or trilinear."""
     x, y, z = at.T
@@ -254,9 +242,13 @@ def nodal_stress(kind: str, points: Array, material: Material) -> Array:
 
     kind: one of `KINDS`; points (nodes, 3) in the order of the deck, m.
     """
-    extrapolation = _extrapolation(kind)
+    if kind not in KINDS:
+        remedy = "Choose another place, or model this region with one of them."
+        raise fault("An element at a place of stress", f"must be one of {', '.join(KINDS)}", kind, remedy)
+    own = element(kind)
+    to_corners = _polynomial(own.corners, len(own.points)) @ np.linalg.inv(_polynomial(own.points, len(own.points)))
     slopes, _ = slopes_of(kind, ["at a place of stress"], points[None])
-    return np.asarray(np.einsum("np,pmcx->ncmx", extrapolation, _stress(slopes[0].swapaxes(1, 2), material)))
+    return np.asarray(np.einsum("np,pmcx->ncmx", to_corners[own.ends].mean(axis=1), _stress(slopes[0].swapaxes(1, 2), material)))
 
 
 Criterion = Literal["goodman", "gerber", "soderberg"]
