@@ -234,12 +234,11 @@ class Group(NamedTuple):
 
 
 def mesh_matrices(points: Array, groups: Sequence[Group]) -> tuple[sparse.csc_array, sparse.csc_array]:
-    """M and K of the free body, rows x, y, z of each point in turn.
+    """M and K of the free body, rows x, y, z of each point in turn; summed by pairs of nodes, a ninth of the pairs of rows.
 
     K_ab = ∫ λ ∂N_a/∂x_i ∂N_b/∂x_j + μ (∂N_a/∂x_j ∂N_b/∂x_i + δ_ij ∇N_a·∇N_b) dV, M_ab = δ_ij ∫ ρ N_a N_b dV.
     """
     size = len(points)
-    # Entries are summed by pairs of nodes: there are nine times as many pairs of rows.
     pairs = [(size * nodes[:, :, None] + nodes[:, None, :]).ravel() for *_, nodes in groups]
     distinct, place = np.unique(np.concatenate(pairs), return_inverse=True)
     blocks, masses = np.zeros((len(distinct), 3, 3)), np.zeros(len(distinct))
@@ -256,8 +255,9 @@ def mesh_matrices(points: Array, groups: Sequence[Group]) -> tuple[sparse.csc_ar
             blocks[:, i, j] += np.bincount(own, stiffness.ravel(), len(distinct))
     indices, starts = distinct % size, np.searchsorted(distinct, size * np.arange(size + 1))
     M = sparse.csr_array((masses, indices, starts), shape=(size, size))
-    K = sparse.bsr_array((blocks, indices, starts), shape=(3 * size, 3 * size))
-    return sparse.csc_array(sparse.kron(M, sparse.eye_array(3), format="csc")), K.tocsc()
+    K = sparse.bsr_array((blocks, indices, starts), shape=(3 * size, 3 * size)).tocsc()
+    # K is symmetric to rounding, and is made exactly so; the sum leaves zeros out.
+    return sparse.csc_array(sparse.kron(M, sparse.eye_array(3), format="csc")), sparse.csc_array(0.5 * (K + K.T))
 
 
 def slopes_of(kind: str, names: Sequence[str], points: Array) -> tuple[Array, Array]:
