@@ -21,8 +21,8 @@ from stickslip.model.readers.stress_places import MOST_PLACES, StrainGauge, rota
 from stickslip.model.structure.centrifugal import RotationAxis
 from stickslip.model.structure.cyclic_reduction import sector_of
 from stickslip.model.structure.mesh_surface import HEXAHEDRON_OF_SKFEM
-from stickslip.model.structure.solid import STEEL, Material, box_mesh, solid
-from stickslip.model.structure.stress import BRICK, BRICK_EDGES, COMPONENTS, joined, nodal_stress, von_mises
+from stickslip.model.structure.solid import BRICK, BRICK_EDGES, STEEL, Material, box_mesh, solid
+from stickslip.model.structure.stress import COMPONENTS, joined, nodal_stress, von_mises
 from stickslip.show.report.stress import strain_table
 from stickslip.study import job
 

@@ -2,6 +2,7 @@
 
 `ccx blade` leaves blade.sti and blade.mas, one triangle each as lines "row column value", rows counted from 1, and blade.dof
 with a line NODE.DIRECTION for each row; fixed degrees of freedom have none. (CalculiX CrunchiX User's Manual, *FREQUENCY.)
+Of a deck without any of these files, the matrices are assembled here.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stickslip.model.readers.assembled import assembled
 from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.model import Content, dof
@@ -23,8 +25,10 @@ WRITE_THEM = "*FREQUENCY, SOLVER=MATRIXSTORAGE in the deck writes it."
 
 
 def read(path: Path) -> Content:
-    """The model of a run of which `path` is any of .sti, .mas, .dof or .inp."""
-    stiffness, mass, names = (path.with_suffix(ending) for ending in ENDINGS)
+    """The model of a run of which `path` is any of .sti, .mas, .dof or .inp, or of a deck alone."""
+    stiffness, mass, names = run = tuple(path.with_suffix(ending) for ending in ENDINGS)
+    if path.suffix.lower() == ".inp" and not any(file.exists() or file.with_name(f"{file.name}.gz").exists() for file in run):
+        return assembled(path.name, read_deck(path))
     for file in (stiffness, mass, names):
         if not file.is_file():
             packed = file.with_name(f"{file.name}.gz")

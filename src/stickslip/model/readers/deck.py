@@ -24,7 +24,7 @@ from stickslip.model.structure.mesh_surface import CORNERS, Cells
 from stickslip.support.checks import Array, Index, counted, fault, first_of
 
 if TYPE_CHECKING:
-    from stickslip.model.readers.input_cards import Solids
+    from stickslip.model.readers.input_cards import Card, Solids
 
 OWN_AXES = "axes of their own"
 """In the note on nodes whose rows are not along the axes of the model."""
@@ -147,7 +147,7 @@ class Deck:
     """nodes: coordinates by node; sets: nodes by the name of a set, in capitals; cells: corner nodes of elements by kind; notes:
     what was not read; turned: nodes with axes of their own, along which rows of matrices are;
     rows: the names of the rows of matrices, where the deck says them; solids: elements with materials, where
-    stress can be recovered."""
+    stress can be recovered; others: cards of an input deck beside its mesh, and whether each is part of a step."""
 
     nodes: dict[str, Point] = field(default_factory=dict)
     sets: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -156,6 +156,7 @@ class Deck:
     turned: NodeAxes = field(default_factory=NodeAxes)
     rows: tuple[str, ...] = ()
     solids: Solids | None = None
+    others: Sequence[tuple[Card, bool]] = ()
 
 
 @dataclass

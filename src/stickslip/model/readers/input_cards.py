@@ -8,14 +8,14 @@ The solid elements of a deck with their materials, from which stress is recovere
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from stickslip.model.readers.deck import CardList
 from stickslip.model.readers.included_files import Line
 from stickslip.model.readers.numbers import coordinate
 from stickslip.model.structure.solid import Material
-from stickslip.support.checks import InputError, fault
+from stickslip.support.checks import InputError, fault, nearest
 
 COMMA = re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')
 """A comma outside of quotation marks."""
@@ -131,7 +131,8 @@ class SolidElement(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Solids:
     """nodes and kinds: of each element; sections: a set of elements and the name of its material, in the order of the deck;
-    materials: the *ELASTIC cards by the name of a material; pascals: the unit of stress of the deck, Pa.
+    materials: the *ELASTIC cards by the name of a material; repeated: elements that stand once more; pascals: the unit of
+    stress of the deck, Pa.
 
     Materials are read where an element needs them: a deck that describes more than stress needs stays readable.
     """
@@ -140,6 +141,7 @@ class Solids:
     kinds: Mapping[str, str]
     sections: Sequence[tuple[Set[str], str]]
     materials: Mapping[str, Sequence[Card]]
+    repeated: Sequence[str] = ()
     pascals: float = 1.0
 
     def around(self, nodes: Set[str]) -> list[SolidElement]:
@@ -153,20 +155,27 @@ class Solids:
         missing = [element for element in nodes_of if element not in material]
         if missing:
             raise fault("An element at a place of stress", "must have a *SOLID SECTION with a material", f"element {missing[0]}")
-        known = {name: self._material(name) for name in set(material.values())}
+        known = {name: self.material(name) for name in set(material.values())}
         return [SolidElement(self.kinds[element], own, known[material[element]]) for element, own in nodes_of.items()]
 
-    def _material(self, name: str) -> Material:
-        """E and ν of one line of *ELASTIC."""
+    def material(self, name: str, densities: Sequence[Card] | None = None) -> Material:
+        """E and ν of one line of *ELASTIC, and the density of one line where its cards are given."""
         cards = self.materials.get(name, ())
-        lines = [fields(line) for card in cards for line in card.data]
-        isotropic = all(card.name("TYPE") in ("", "ISO", "ISOTROPIC") for card in cards)
-        if not isotropic or len(lines) != 1 or len(lines[0]) < 2:
-            what = f"The material {name} at a place of stress"
-            said = "another TYPE" if not isotropic else f"{len(lines)} lines"
-            raise fault(what, "must have E and Poisson's ratio in one line of *ELASTIC, the same in all directions", said)
+        rule = "must have E and Poisson's ratio in one line of *ELASTIC, the same in all directions"
         try:
-            young, poisson = (coordinate(word) for word in lines[0][:2])
-            return Material(self.pascals * young, poisson)
+            if not all(card.name("TYPE") in ("", "ISO", "ISOTROPIC") for card in cards):
+                raise fault("it", rule, "another TYPE")
+            young, poisson = _constants(rule, cards, 2)
+            elastic = Material(self.pascals * young, poisson)
+            one = "must have one line of *DENSITY"
+            return elastic if densities is None else replace(elastic, density=_constants(one, densities, 1)[0])
         except InputError as error:
-            raise InputError(f"The material {name}: {error}") from None
+            raise InputError(f"The material {name}: {error}{'' if cards else ' ' + nearest(name, self.materials)}") from None
+
+
+def _constants(rule: str, cards: Sequence[Card], number: int) -> list[float]:
+    """The first numbers of the only data line of the cards of a material."""
+    lines = [fields(line) for card in cards for line in card.data]
+    if len(lines) != 1 or len(lines[0]) < number:
+        raise fault("it", rule, f"{len(lines)} lines" if cards else "without that card")
+    return [coordinate(word) for word in lines[0][:number]]

@@ -64,7 +64,7 @@ class Mesh:
 
     elements: all nodes by element; turned: *TRANSFORM by its set of nodes, which may stand after it; unsorted: sets whose
     members keep their order; kinds: names of the kinds of elements; sections: sets of elements and their materials; placed: the
-    data lines that place an instance.
+    data lines that place an instance; repeated: elements that stand once more.
     """
 
     nodes: dict[str, Point] = field(default_factory=dict)
@@ -78,6 +78,7 @@ class Mesh:
     sections: list[tuple[str, str]] = field(default_factory=list)
     frame: Frame = GLOBAL
     placed: list[str] = field(default_factory=list)
+    repeated: list[str] = field(default_factory=list)
 
 
 def read_deck(path: Path) -> Deck:
@@ -86,6 +87,8 @@ def read_deck(path: Path) -> Deck:
     reader, met, in_step = _Reader(lines), CardsMet(MODEL_CARDS), False
     for card in cards(lines.read()):
         in_step = card.keyword == "STEP" or (in_step and card.keyword != "END STEP")
+        if card.keyword not in ("NODE", "ELEMENT", "NSET", "ELSET"):  # of these, the many lines are not kept
+            reader.others.append((card, in_step))
         if card.keyword in READ or not in_step:
             try:
                 if met.obeys(card.keyword, card.line.place):
@@ -95,6 +98,7 @@ def read_deck(path: Path) -> Deck:
                 located = f"line {card.line.number}" in message
                 raise error if located else InputError(f"{card.line.place}, *{card.keyword}: {message}") from None
     deck = reader.deck(path.name)
+    deck.others = reader.others
     if met.missing:  # elements that are not read share the stress at a node
         deck.solids = None
     none = () if deck.nodes else (f"{path.name} holds no nodes.",)
@@ -114,6 +118,7 @@ class _Reader:
         self.cut: list[str] = []
         self.material = ""
         self.materials: dict[str, list[Card]] = {}
+        self.others: list[tuple[Card, bool]] = []
 
     def node(self, card: Card) -> None:
         kind = card.name("SYSTEM") or "R"
@@ -203,6 +208,8 @@ class _Reader:
             if shape is not None and whole:
                 self.mesh.cells.add(shape, words[1:])
             self.mesh.cells.lost += not whole
+            if words[0] in self.mesh.elements:
+                self.mesh.repeated.append(words[0])
             self.mesh.elements[words[0]] = tuple(words[1:])
             self.mesh.kinds[words[0]] = kind
             own[words[0]] = None
@@ -293,7 +300,11 @@ class _Reader:
 
     def _solids(self, mesh: Mesh) -> Solids:
         sections = [(mesh.elsets.get(elset, {}).keys(), material) for elset, material in mesh.sections]
-        return Solids(mesh.elements, mesh.kinds, sections, self.materials)
+        elements, kinds = mesh.elements, mesh.kinds
+        if self.instances:  # elements of the assembly itself, such as springs, have numbers of their own
+            elements = elements | {f"{number} of the assembly": nodes for number, nodes in self.whole.elements.items()}
+            kinds = kinds | {f"{number} of the assembly": kind for number, kind in self.whole.kinds.items()}
+        return Solids(elements, kinds, sections, self.materials, mesh.repeated)
 
     def _turned(self, file: str, names: Mapping[str, str], nodes: Mapping[str, Point]) -> NodeAxes:
         """The axes of *TRANSFORM at nodes by their names in the matrices, `names` where these differ from INSTANCE.NUMBER."""

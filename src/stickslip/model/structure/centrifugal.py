@@ -19,7 +19,7 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.solid import Material, ShapeFunctions, Solid, element_mass, shape_functions
+from stickslip.model.structure.solid import Material, ShapeFunctions, Solid, shape_functions, solid
 from stickslip.support.checks import Array, Index, fault, vector
 
 AxisLike = str | tuple[Sequence[float], Sequence[float]]
@@ -271,14 +271,14 @@ def spin_stiffness(body: Solid, mesh: Any, material: Material, joined: sparse.cs
     """
     shapes = shape_functions(mesh)
     free = np.flatnonzero(body.numbers.ravel() >= 0)
-    mass = element_mass(shapes.values, shapes.volumes, material)
-    load = (shapes.assembled(mass) @ (shapes.points @ ACROSS).ravel())[free]
+    M = solid(mesh, material).M
+    load = (M @ (shapes.points @ ACROSS).ravel())[free]
     T: Any = sparse.eye_array(free.size, format="csc") if joined is None else joined
     moved = np.zeros(shapes.size)
     moved[free] = T @ Factor(sparse.csc_array(T.T @ body.K @ T)).solve(T.T @ load)
     stiffening = _geometric(shapes, _stress(shapes, moved, material))
-    softening = mass * np.tile(np.diag(ACROSS), len(shapes.values))
-    return sparse.csc_array(shapes.assembled(stiffening - softening)[free][:, free])
+    softening = sparse.diags_array(np.tile(np.diag(ACROSS), len(shapes.points))) @ M
+    return sparse.csc_array((shapes.assembled(stiffening) - softening)[free][:, free])
 
 
 def _stress(shapes: ShapeFunctions, moved: Array, material: Material) -> Array:

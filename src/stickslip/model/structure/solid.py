@@ -1,25 +1,42 @@
-"""Solid bodies of 20-node hexahedra: sparse M and K from a mesh, an isotropic elastic material and clamped faces.
+"""Solid bodies: sparse M and K from a mesh, isotropic elastic materials and clamped faces.
 
-The meshed rigs start here; `craig_bampton` makes a small `Structure` of the result. scikit-fem gives the shape functions
-and is imported on first use only.
+The meshed rigs start here, of 20-node hexahedra; `craig_bampton` makes a small `Structure` of the result. So do meshes of decks
+(Abaqus, CalculiX). Their integration points are those of CalculiX, of the mass too, so that the matrices are those that it
+writes. (CalculiX CrunchiX User's Manual, Element types; the points of the mass were found by comparing its matrices.)
+scikit-fem gives the shape functions and is imported on first use only.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from functools import cache
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from stickslip.model.structure.matrices import Structure
-from stickslip.support.checks import Array, InputError, fault, finite, positive, vector
+from stickslip.support.checks import Array, InputError, fault, finite, first_of, positive, vector
 from stickslip.support.late import skfem
 
 Indices = NDArray[np.int64]
 Placed = TypeVar("Placed", bound=Structure)
-GAUSS_DEGREE = 5
-"""Polynomial degree integrated exactly per direction (3 points): exact for M and K of 20-node bricks with parallel faces."""
+TETRAHEDRON = np.vstack([np.zeros(3), np.eye(3)])
+TETRAHEDRON_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+BRICK = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
+BRICK_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
+"""Local coordinates of corners, and the corners of each edge in the order in which decks list the nodes in the middle."""
+SHAPES = {
+    "C3D4": ("ElementTetP1", 1),
+    "C3D8": ("ElementHex1", 3),
+    "C3D10": ("ElementTetP2", 2),
+    "C3D20": ("ElementHexS2", 5),
+    "C3D20R": ("ElementHexS2", 3),
+}
+"""Elements by name in CalculiX and Abaqus: shape functions, and the degree of polynomials that the integration is exact for."""
+NODES = {"C3D4": 4, "C3D8": 8, "C3D10": 10, "C3D20": 20, "C3D20R": 20}
+SMALLEST_VOLUME = 1e-12
+"""Determinant of the Jacobian, relative to the size of the element cubed, below which it counts as inverted or flat."""
 
 
 @dataclass(frozen=True)
@@ -116,24 +133,22 @@ def box_mesh(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Any:
 
 
 def solid(mesh: Any, material: Material = STEEL) -> Solid:
-    """The free body of a scikit-fem `MeshHex` with quadratic serendipity elements.
-
-    K_ab = ∫ λ ∂N_a/∂x_i ∂N_b/∂x_j + μ (∂N_a/∂x_j ∂N_b/∂x_i + δ_ij ∇N_a·∇N_b) dV, M_ab = δ_ij ∫ ρ N_a N_b dV.
-    """
+    """The free body of a scikit-fem `MeshHex` with quadratic serendipity elements."""
     shapes = shape_functions(mesh)
-    K = shapes.assembled(element_stiffness(shapes.gradients, shapes.volumes, material))
-    M = shapes.assembled(element_mass(shapes.values, shapes.volumes, material))
+    nodes = shapes.rows[:, list(element("C3D20").order), 0] // 3
+    if np.linalg.det(shapes.points[nodes[0, [1, 3, 4]]] - shapes.points[nodes[0, 0]]) < 0.0:  # left-handed: the other face first
+        nodes = nodes[:, np.r_[4:8, 0:4, 12:16, 8:12, 16:20]]
+    M, K = mesh_matrices(shapes.points, [Group("C3D20", material, (), nodes)])
     return Solid(M, K, shapes.points, np.arange(shapes.size).reshape(-1, 3))
 
 
 @dataclass(frozen=True, eq=False)
 class ShapeFunctions:
-    """Of all cells at their quadrature points: values N_a (a, cells, q), gradients (a, 3, cells, q), volumes (cells, q) in m³.
+    """Of all cells at their quadrature points: gradients (a, 3, cells, q), volumes (cells, q) in m³.
 
     rows: (cells, a, 3), where the nodes of the cells stand among the `size` unknowns of the free body; points: (nodes, 3) in m.
     """
 
-    values: Array
     gradients: Array
     volumes: Array
     rows: Indices
@@ -155,51 +170,101 @@ class ShapeFunctions:
 
 def shape_functions(mesh: Any) -> ShapeFunctions:
     """Those of quadratic serendipity elements on a `MeshHex`; inverted cells are refused."""
-    basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=GAUSS_DEGREE)
+    basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=SHAPES["C3D20"][1])
     places = np.hstack([basis.X, basis.elem.doflocs.T])
-    _refuse_inverted_cells(np.asarray(basis.mapping.detDF(places)), mesh.p[:, mesh.t].mean(axis=1))
+    determinants = np.asarray(basis.mapping.detDF(places))  # at the nodes too: a corner can fold over between the other points
+    centres = mesh.p[:, mesh.t].mean(axis=1)
+    _refuse_inverted(
+        determinants / determinants.sum() * determinants.size, lambda k: f"{k} at {centres[:, k].round(6).tolist()} m"
+    )
     volumes = np.asarray(basis.dx)
-    fields = [basis.basis[a][0] for a in range(basis.Nbfun)]
-    values = np.array([np.broadcast_to(np.asarray(field), volumes.shape) for field in fields])
-    gradients = np.array([field.grad for field in fields])
+    gradients = np.array([basis.basis[a][0].grad for a in range(basis.Nbfun)])
     rows = 3 * basis.element_dofs.T[:, :, None] + np.arange(3)
-    return ShapeFunctions(values, gradients, volumes, rows, np.asarray(basis.doflocs.T))
+    return ShapeFunctions(gradients, volumes, rows, np.asarray(basis.doflocs.T))
 
 
-def element_stiffness(gradients: Array, volumes: Array, material: Material) -> Array:
-    """K of each cell, (cells, 3a, 3a), from shape gradients (a, 3, cells, points) and volumes (cells, points)."""
-    shapes, _, cells, points = gradients.shape
-    lam, shear = material.lame
-    grads = np.moveaxis(gradients, 2, 0).reshape(cells, 3 * shapes, points)
-    products = (grads * volumes[:, None, :]) @ grads.transpose(0, 2, 1)
-    blocks = products.reshape(cells, shapes, 3, shapes, 3)
-    stiffness = lam * blocks + shear * blocks.swapaxes(2, 4)
-    trace = shear * np.einsum("cakbk->cab", blocks)
-    for axis in range(3):
-        stiffness[:, :, axis, :, axis] += trace
-    return np.asarray(stiffness.reshape(cells, 3 * shapes, 3 * shapes))
-
-
-def element_mass(values: Array, volumes: Array, material: Material) -> Array:
-    """Consistent M of each cell, (cells, 3a, 3a), from shape functions (a, cells, points) and volumes (cells, points)."""
-    shapes, cells, _ = values.shape
-    products = np.einsum("acp,bcp,cp->cab", values, values, material.density * volumes, optimize=True)
-    mass = np.zeros((cells, shapes, 3, shapes, 3))
-    for axis in range(3):
-        mass[:, :, axis, :, axis] = products
-    return mass.reshape(cells, 3 * shapes, 3 * shapes)
-
-
-def _refuse_inverted_cells(determinants: Array, centres: Array) -> None:
-    """Refuse cells whose Jacobian determinant, (cells, points), changes its sign or has another one than the mesh as a whole.
-
-    The points are those of the quadrature and the nodes: a corner can fold over between points that see nothing of it.
-    """
-    sign = np.sign(determinants.sum()) or 1.0
-    bad = np.flatnonzero(np.any(sign * determinants <= 0.0, axis=1))
+def _refuse_inverted(determinants: Array, named: Callable[[int], str]) -> None:
+    """Refuse cells of which a Jacobian determinant, (cells, points), relative to their size, is not positive."""
+    bad = np.flatnonzero(~np.all(determinants > SMALLEST_VOLUME, axis=1))
     if bad.size:
-        listed = ", ".join(f"{cell} at {np.round(centres[:, cell], 6).tolist()} m" for cell in bad[:5])
         raise InputError(
-            f"Cells of a mesh must not be inverted (Jacobian determinant of one sign), but {bad.size} are: {listed}"
-            f"{', ...' if bad.size > 5 else ''}. Move their nodes apart, or number them in one sense."
+            f"Cells of a mesh must not be inverted or flat (Jacobian determinant of one sign), but {bad.size} are: "
+            f"{first_of([named(cell) for cell in bad.tolist()])}. Move their nodes apart, or number them in one sense."
         )
+
+
+class Element(NamedTuple):
+    """An element in local coordinates from 0 to 1, its nodes in the order of the deck.
+
+    corners (c, 3); ends (nodes, 2): the corners of the edge of each node, twice itself at a corner; order (nodes,): its place in
+    scikit-fem; points (q, 3), weights (q,): of the integration; values (q, nodes), gradients (q, nodes, 3): of the shapes there.
+    """
+
+    corners: Array
+    ends: Indices
+    order: tuple[int, ...]
+    points: Array
+    weights: Array
+    values: Array
+    gradients: Array
+
+
+@cache
+def element(kind: str) -> Element:
+    """The element of one of `SHAPES`."""
+    name, degree = SHAPES[kind]
+    shape = getattr(skfem, name)()
+    corners, edges = (TETRAHEDRON, TETRAHEDRON_EDGES) if "Tet" in name else (BRICK, BRICK_EDGES)
+    ends = np.array([*((k, k) for k in range(len(corners))), *edges])[: NODES[kind]]
+    nodes = corners[ends].mean(axis=1)
+    order = tuple(int(np.linalg.norm(shape.doflocs - node, axis=1).argmin()) for node in nodes)
+    at, weights = skfem.quadrature.get_quadrature(shape.refdom, degree)
+    fields = [shape.lbasis(at, k) for k in order]
+    gradients = np.array([gradient.T for _, gradient in fields]).swapaxes(0, 1)
+    return Element(corners, ends, order, at.T, weights, np.array([value for value, _ in fields]).T, gradients)
+
+
+class Group(NamedTuple):
+    """Elements of one kind and material: their names, and their nodes (cells, nodes) as places among the points of the mesh."""
+
+    kind: str
+    material: Material
+    names: Sequence[str]
+    nodes: Indices
+
+
+def mesh_matrices(points: Array, groups: Sequence[Group]) -> tuple[sparse.csc_array, sparse.csc_array]:
+    """M and K of the free body, rows x, y, z of each point in turn; summed by pairs of nodes, a ninth of the pairs of rows.
+
+    K_ab = ∫ λ ∂N_a/∂x_i ∂N_b/∂x_j + μ (∂N_a/∂x_j ∂N_b/∂x_i + δ_ij ∇N_a·∇N_b) dV, M_ab = δ_ij ∫ ρ N_a N_b dV.
+    """
+    size = len(points)
+    pairs = [(size * nodes[:, :, None] + nodes[:, None, :]).ravel() for *_, nodes in groups]
+    distinct, place = np.unique(np.concatenate(pairs), return_inverse=True)
+    blocks, masses = np.zeros((len(distinct), 3, 3)), np.zeros(len(distinct))
+    for (kind, material, names, nodes), own in zip(groups, np.split(place, np.cumsum([*map(len, pairs)])[:-1]), strict=True):
+        slopes, volumes = slopes_of(kind, names, points[nodes])
+        products = np.einsum("qa,qb->qab", element(kind).values, element(kind).values).reshape(volumes.shape[1], -1)
+        masses += np.bincount(own, (material.density * volumes @ products).ravel(), len(distinct))
+        lam, shear = material.lame
+        weighted = (volumes[:, :, None, None] * slopes).transpose(2, 0, 3, 1)  # (axis, cells, nodes, q)
+        trace = shear * sum(weighted[k] @ slopes[:, :, k] for k in range(3))
+        for i, j in np.ndindex(3, 3):
+            product = weighted[i] @ slopes[:, :, j]
+            stiffness = lam * product + shear * product.swapaxes(1, 2) + (trace if i == j else 0.0)
+            blocks[:, i, j] += np.bincount(own, stiffness.ravel(), len(distinct))
+    indices, starts = distinct % size, np.searchsorted(distinct, size * np.arange(size + 1))
+    M = sparse.csr_array((masses, indices, starts), shape=(size, size))
+    K = sparse.bsr_array((blocks, indices, starts), shape=(3 * size, 3 * size)).tocsc()
+    # K is symmetric to rounding, and is made exactly so; the sum leaves zeros out.
+    return sparse.csc_array(sparse.kron(M, sparse.eye_array(3), format="csc")), sparse.csc_array(0.5 * (K + K.T))
+
+
+def slopes_of(kind: str, names: Sequence[str], points: Array) -> tuple[Array, Array]:
+    """Slopes of the shape functions along x, y, z (cells, q, 3, nodes) and volumes (cells, q) at the integration points."""
+    own = element(kind)
+    jacobian = np.einsum("qal,cax->cqlx", own.gradients, points)
+    determinants = np.linalg.det(jacobian)
+    size = np.ptp(points, axis=1).max(axis=1)
+    _refuse_inverted(determinants / size[:, None] ** 3, lambda cell: f"element {names[cell]} ({kind})")
+    return np.linalg.solve(jacobian, own.gradients.swapaxes(1, 2)), determinants * own.weights
