@@ -404,3 +404,18 @@ def test_a_part_of_a_run_is_not_passed_over(tmp_path, there):
     (tmp_path / there).write_bytes(b"1 1 1.0\n")
     with pytest.raises(InputError, match=r"must have blade\.(sti|mas) beside blade\.inp"):
         ss.read_model(tmp_path / "blade.inp")
+
+
+def test_faces_of_a_mesher_have_no_section_and_are_left_out(tmp_path):
+    """gmsh writes the triangles of a physical surface beside the solids, and its groups as sets of elements unless told."""
+    text = deck(*box("C3D4"), "C3D4")
+    alone = read(tmp_path, text)
+    faces = text.replace("*NSET", "*ELEMENT, TYPE=CPS3, ELSET=Surface1\n9001, 1, 2, 3\n9002, 1, 3, 4\n*NSET", 1)
+    beside = read(tmp_path, faces)
+    assert abs(beside.K - alone.K).max() == abs(beside.M - alone.M).max() == 0.0
+    assert any("2 elements without a section (CPS3) are left out of M and K." in note for note in beside.notes)
+    assert not any("left out of M" in note for note in alone.notes)
+    with pytest.raises(InputError, match=r"Element 9001 \(CPS3\) must be one of C3D4"):
+        read(tmp_path, faces + "*SOLID SECTION, ELSET=Surface1, MATERIAL=STEEL\n")
+    with pytest.raises(InputError, match=r"but is 'ROOT'. gmsh writes sets of nodes with Mesh.SaveGroupsOfNodes = 1"):
+        read(tmp_path, text.replace("*NSET, NSET=ROOT", "*ELSET, ELSET=ROOT"))

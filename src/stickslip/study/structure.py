@@ -197,7 +197,7 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
             lowered, warned = (OF_SECTOR, ()) if sector else _lowered(model, taken, speed, axis)
             done += lowered
             model = replace(model, K=model.K - taken, softening=follows, notes=(*model.notes, *warned))
-        note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
+        note = f"K contains no spin softening of {speed:g} rev/min: {done}. It contains stress stiffening only if the file does"
     return replace(model, notes=(*model.notes, note))
 
 

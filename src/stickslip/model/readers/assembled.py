@@ -20,6 +20,8 @@ MESH_CARDS = CardList.of("mesh", sign="*")
 LET_CALCULIX = "Or let CalculiX write the matrices: *FREQUENCY, SOLVER=MATRIXSTORAGE in a *STEP (docs/calculix.md)."
 NAMED = {"ENCASTRE": "1,6", "PINNED": "1,3", "XSYMM": "1,1", "YSYMM": "2,2", "ZSYMM": "3,3"}
 """Supports that have a name, and the first and the last direction that they fix at a node of a solid."""
+OF_MESHERS = ("CPS", "T3D", "S3", "S4", "S6", "S8")
+"""How kinds of elements begin that gmsh and FreeCAD write for faces and edges of solids."""
 NO_LOADS = ("STEP", "STATIC", "FREQUENCY", "FILE", "PRINT", "OUTPUT")
 """How cards of a step end that are no loads."""
 Support = tuple[Sequence[str], int, int]
@@ -54,6 +56,9 @@ def assembled(file: str, deck: Deck) -> Content:
         f"M and K are assembled from the mesh of {file}, without a run: {first_of(parts)} ({'; '.join(of)}); mass "
         f"{M.sum() / 3.0:.6g} in the units of the deck; *BOUNDARY holds {counted(int(fixed.any(axis=1).sum()), 'node')}."
     ]
+    if left := len(deck.solids.kinds) - sum(map(len, elements.values())):
+        kinds = sorted({kind for kind in deck.solids.kinds.values() if kind not in NODES})
+        notes.append(f"{counted(left, 'element')} without a section ({first_of(kinds)}) are left out of M and K.")
     if loads:
         notes.append(f"Of the steps of {file}, *BOUNDARY alone counts, not {first_of(list(dict.fromkeys(loads)))}.")
     matrices = {"M": M[free][:, free], "K": K[free][:, free]}
@@ -94,7 +99,8 @@ def _supports(card: Card, deck: Deck) -> Iterator[Support]:
         where, *words = (label(word) for word in [*fields(line), "", "", ""])
         bare = where.rpartition(".")[2].lstrip("0")
         if where not in deck.sets and bare not in deck.nodes:
-            raise fault(what, "must begin with a node or a set of nodes", where, nearest(where, deck.sets))
+            remedy = nearest(where, deck.sets) if deck.sets else "gmsh writes sets of nodes with Mesh.SaveGroupsOfNodes = 1."
+            raise fault(what, "must begin with a node or a set of nodes", where, remedy)
         start, end = fields(NAMED[words[0]]) if words[0] in NAMED else (words[0], words[1] or words[0])
         if not {start, end} <= set("123456") or start > end:
             raise fault(what, "must fix directions from 1 to 6", words[:2])
@@ -110,6 +116,8 @@ def _elements(solids: Solids, known: Mapping[str, Point]) -> dict[tuple[str, str
     for element, words in solids.nodes.items():
         kind, nodes = solids.kinds[element], [word.lstrip("0") for word in words]
         what = f"Element {element} ({kind})"
+        if kind.startswith(OF_MESHERS) and element not in material:
+            continue  # without a section it has no stiffness
         if kind not in NODES:
             raise fault(what, f"must be one of {', '.join(NODES)}", kind, LET_CALCULIX)
         if element in solids.repeated:

@@ -193,4 +193,4 @@ def lines(description: Description) -> Iterator[str]:
         yield f"first modes       {', '.join(f'{value:.7g}' for value in description.modes.frequencies)} Hz"
         yield f"modes             {description.modes.count}"
     for sentence in description.odd:
-        yield f"odd               {sentence}"
+        yield f"note              {sentence}"
