@@ -133,3 +133,16 @@ def test_what_a_contact_carries_at_rest_follows_from_its_start_state(start, forc
     rest = at_rest(ss.Problem(structure, (pad,), loads, ("1.x",)))
     np.testing.assert_allclose(rest.forces, forces, rtol=1e-12)
     np.testing.assert_allclose(rest.motion, [3.0 - forces[0], 3.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [1e2, 3e3, 1e5])
+def test_very_stiff_contacts_that_open(stiffness):
+    """By hand: the contact along y is open, and the slider along x, which sticks, carries −0.1 N. From 3000 N/m on none was."""
+    structure = ss.Structure(np.eye(2), np.array([[1.0, 0.9], [0.9, 1.0]]), ("a.x", "a.y"), C=0.01 * np.eye(2))
+    contacts = (
+        ss.Contact("c", ss.Macroslip(kt=stiffness, kn=stiffness, mu=0.3), ({"a.x": 1.0},), {"a.y": 1.0}),
+        ss.Contact("d", ss.Macroslip(kt=stiffness, mu=0.3, normal_load=1.0), ({"a.x": 1.0},)),
+    )
+    forces = ss.Force("a.x", 1.0, static=-1.0), ss.Force("a.y", static=-1.0)
+    rest = at_rest(ss.Problem(structure, contacts, forces, ("a.x",)))
+    assert rest.forces == pytest.approx([0.0, 0.0, -0.1], rel=20.0 / stiffness)

@@ -227,7 +227,7 @@ def test_each_element_of_an_array_has_its_share():
 def test_steps_of_contacts_that_are_none_are_refused():
     for changed, said in (
         ({"preload": {"shrod": 1.0}}, r"Step 1: preload must name contacts, but is 'shrod'\. Did you mean 'shroud'"),
-        ({"normal_load": {"shroud": 1.0}}, r"normal_load of shroud must be a number of its law.*its preload and gap"),
+        ({"normal_load": {"shroud": 1.0}}, r"the Macroslip of shroud has no normal_load here.*its preload and gap"),
         ({"gap": {"shroud": float("nan")}}, "gap of shroud must be finite"),
         ({"static": {"pull": 1.0}}, "must name single forces"),
         ({"factor": float("inf")}, "Step 1: factor must be finite"),
@@ -326,3 +326,28 @@ def test_the_contacts_are_at_rest_where_the_steps_have_left_them(stiffness):
     assert rest is not None
     np.testing.assert_allclose(rest.motion, found[-1][1].motion, rtol=1e-6)
     np.testing.assert_allclose(rest.sliders, found[-1][1].sliders, rtol=1e-6)
+
+
+def of_two(p, gap=0.2, mu=0.5, preload=0.0):
+    """A mass on springs of 1 N/m along x and z, a contact of 10 N/m that closes at z = gap, and a load (2,)."""
+    structure = ss.Structure(np.eye(2), np.eye(2), ("a.x", "a.z"), C=np.eye(2))
+    law = ss.Macroslip(kt=10.0, kn=10.0, mu=mu, gap=gap, preload=preload)
+    contact = ss.Contact("c", law, ({"a.x": 1.0},), {"a.z": 1.0})
+    forces = ss.Force("a.x", 1.0, static=p[0]), ss.Force("a.z", static=p[1])
+    return ss.Problem(structure, (contact,), forces, ("a.x",))
+
+
+@pytest.mark.parametrize("steps", [[3.0], [0.1, 3.0], [0.0, 3.0]])
+def test_a_slider_begins_where_its_contact_closes_in_the_first_step_too(steps):
+    """Open until z = 0.2, where x = 0.08 by hand; then it sticks: T = 10 (1.2 − 0.8)/11 (3 p = 1.2), and 0.8/11 less at p."""
+    _, (*_, before, (_, rest)) = load_history(of_two((0.4, 1.0)), steps)
+    assert before[1].sliders == pytest.approx([0.08], rel=5e-3)
+    assert before[1].forces[0] == pytest.approx(10.0 * (1.2 - 0.08) / 11.0, rel=2e-3)
+    assert rest.forces[0] == pytest.approx(10.0 * (0.4 - 0.08) / 11.0, rel=2e-3)
+
+
+@pytest.mark.parametrize(("p", "mu"), [((0.4, 0.1), 0.5), ((0.4, -1.0), 0.0)])
+def test_contacts_that_carry_nothing_in_the_end_have_a_history_too(p, mu):
+    *_, (_, rest) = load_history(of_two(p, mu=mu), [1.0])[1]
+    assert not rest.forces.any()
+    assert rest.sliders == pytest.approx([0.4])

@@ -95,7 +95,7 @@ def test_a_pull_before_changes_a_peak_where_contacts_stick_in_part(tmp_path):
         ("[load_step]\nfactor = 1.2", "must be written with double brackets"),
         ("[[load_step]]\npreload = { M = 3.0 }", "preload must name contacts, but is 'M'"),
         ("[[load_step]]\nnormal_load = { L = -3.0 }", "normal_load"),
-        ("[[load_step]]\nnormal_load = { L = 3.0 }", "normal_load of L must be a number of its law, but is 'Macroslip'"),
+        ("[[load_step]]\nnormal_load = { L = 3.0 }", "the Macroslip of L has no normal_load here. A step may state its preload"),
         ("[[load_step]]\ngap = { L = nan }", "gap"),
         ("[[load_step]]\npreload = 3.0", "preload must be a table, but is 3.0"),
         ("[[load_step]]\npull = { dampr = [0.0, 1.0, 0.0] }", "'dampr/centre.x' does not exist"),

@@ -15,8 +15,8 @@ from stickslip.support.checks import Array
 from stickslip.support.late import xr
 from stickslip.support.units import UnitSystem
 
-MOST = 24
-"""Rows of a table on the screen."""
+MOST = 60
+"""Rows of a table on the screen: six surfaces at each of ten loads."""
 
 
 def rest_of(problem: Problem) -> dict[str, Any]:

@@ -44,7 +44,8 @@ def model_summary(sweep: ForcedResponseSettings, condition: str = "", system: Un
     """
     free, stuck = (sweep.problem.frequencies(stuck=stuck) for stuck in (False, True))
     when = f" {condition}" if condition else ""
-    listed = f"without contacts: {_listed(free)}; all contacts stuck: {_listed(stuck)}"
+    at_most = "" if sweep.problem.mesh is None else "at most "  # of coordinates that are made for stuck contacts
+    listed = f"without contacts: {at_most}{_listed(free)}; all contacts stuck: {_listed(stuck)}"
     lines = [f"Natural frequencies in Hz{when}, {listed}."]
     lines += _waves(sweep.problem)
     if held_by_friction_alone(sweep.problem):

@@ -11,7 +11,7 @@ from balance.full_balance import balance_residual
 
 import stickslip as ss
 from stickslip.analyses.performance.curve import follow_peaks
-from stickslip.analyses.performance.scaled_problem import centrifugal_pull, with_friction, with_preload_factor
+from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
 from stickslip.model.structure.matrices import Structure
 from stickslip.show.plots.performance_curve import performance_curves
 from stickslip.show.report.performance import sentences, tables
@@ -198,6 +198,25 @@ def test_what_happened_to_peaks_is_gathered_in_a_line_and_listed_one_by_one_in_t
 def test_what_F_C_is():
     assert centrifugal_pull(ss.rigs.single_mass(limit=3.0)) == 3.0
     assert centrifugal_pull(ss.rigs.three_mass_wedge(pull=50.0)) == 50.0
+
+
+def test_a_force_on_a_surface_counts_as_a_whole():
+    """Its shares by area, 0.3, 0.5 and 0.2: their Euclidean norm, 0.62, was taken for the whole. One side of a pair counts."""
+    structure = ss.Structure(np.eye(4), np.eye(4), ("1.x", "2.x", "3.x", "3.y"), C=0.1 * np.eye(4))
+    shares, pair, slanted = {"1.x": 0.3, "2.x": 0.5, "3.x": 0.2}, {"1.x": 1.0, "2.x": -1.0}, {"3.x": 0.6, "3.y": 0.8}
+    for direction, size in ((shares, 1.0), (pair, 1.0), (slanted, 1.0), ({"1.x": 1.0, "2.x": 1.0}, 2.0)):
+        problem = ss.Problem(structure, (), (ss.Force(direction, 7.0, static=-5.0),), ("1.x",))
+        assert excitation(problem) == pytest.approx(7.0 * size)
+        assert centrifugal_pull(problem) == pytest.approx(5.0 * size)
+
+
+def test_a_gap_that_hides_the_force_is_refused():
+    """656 µm/N and an isola were given, where 3536 µm/N are right."""
+    structure = ss.Structure(np.eye(1), 1e4 * np.eye(1), ("a.x",), C=2.0 * np.eye(1))
+    stop = ss.Contact("stop", ss.Gap(kn=1e4, gap=1e13), normal={"a.x": 1.0})
+    problem = ss.Problem(structure, (stop,), (ss.Force("a.x", 1.0, static=5.0),), ("a.x",))
+    with pytest.raises(ss.InputError, match="gap of stop must not be so large"):
+        ss.performance_curve(problem, [1.0, 2.0], band=ss.Band(14.0, 18.0), harmonics=3, samples=64)
 
 
 @pytest.mark.parametrize(

@@ -95,8 +95,16 @@ def _times(factor: float, value: Any) -> Any:
     return factor * value if np.ndim(value) == 0 else tuple(factor * np.asarray(value, dtype=float))
 
 
-def _length(direction: Any) -> float:
-    return float(np.linalg.norm(list(direction.values())))
+def _length(direction: Mapping[str, float]) -> float:
+    """The size of a force along a direction: of its resultant, or of one side of a force that balances itself."""
+    nodes: dict[str, dict[str, float]] = {}
+    whole: dict[str, float] = {}
+    for dof, share in direction.items():
+        node, _, axis = dof.rpartition(".")
+        nodes.setdefault(node, {})[axis] = share
+        whole[axis] = whole.get(axis, 0.0) + share
+    sides = sum(float(np.linalg.norm(list(each.values()))) for each in nodes.values())
+    return max(float(np.linalg.norm(list(whole.values()))), 0.5 * sides)
 
 
 OUTSIDE = (0.9, 1.1)

@@ -48,6 +48,7 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, EnergyBalance, contact_cycle, friction_limits
 from stickslip.solve.balance.linear_response import linear_peak
 from stickslip.solve.continuation.curve_points import LostCurveError
+from stickslip.solve.curves.curve import refuse_hidden
 from stickslip.solve.peaks.climb import PeakBand
 from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
 from stickslip.support.checks import Array, Index, positive
@@ -270,6 +271,7 @@ class _Curve:
         self.free_harmonic = self.free.amplitude / float(work.measured.of_harmonic(np.array(1.0), np.array(1.0)))
         self.pull = centrifugal_pull(problem) if work.pull is None else work.pull
         self.unit = excitation(problem)
+        refuse_hidden(problem, [self.pull / (ratio * self.unit) if work.vary == "force" else 1.0 for ratio in work.ratios])
         self.balance_at = lru_cache(maxsize=None)(self._preloaded)
 
     def _preloaded(self, ratio: float) -> HarmonicBalance:

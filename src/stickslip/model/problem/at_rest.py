@@ -248,11 +248,17 @@ class _AtRest:
         self.seat, self.sliders = SEATING * problem.contact_stiffness, np.zeros(self.free.size)
 
     def found(self) -> NDArray[Any] | None:
-        """The motion (n,) at rest."""
+        """The motion (n,) at rest, from stuck contacts, else from open ones, to which the way of very stiff ones is too steep."""
         table = self.elements.table
+        no_slips, no_bends = np.zeros(table.stiffness.size), np.zeros(table.bend.size, dtype=bool)
         closed = np.ones(table.normal_stiffness.size, dtype=bool)
-        stuck = State(np.zeros(table.stiffness.size), np.zeros(table.bend.size, dtype=bool), closed)
-        motion = self.equilibrium(stuck)
+        stuck, opened = (State(no_slips, no_bends, each) for each in (closed, ~closed))
+        motion = self._from(stuck, stuck)
+        return self._from(opened, stuck) if motion is None and closed.size else motion
+
+    def _from(self, first: State, stuck: State) -> NDArray[Any] | None:
+        """The same from the equilibrium of a first state of the contacts."""
+        motion = self.equilibrium(first)
         for _ in range(ROUNDS):
             if motion is None:
                 return None

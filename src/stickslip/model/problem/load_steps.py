@@ -22,7 +22,7 @@ import numpy as np
 
 from stickslip.model.contact.point import Contact, OnSurface, SliderOffset, Start, contact_table
 from stickslip.model.loads import Force
-from stickslip.model.problem.at_rest import Rest, at_rest
+from stickslip.model.problem.at_rest import Rest, at_rest, rest_variables
 from stickslip.model.problem.meshed import resting
 from stickslip.model.problem.speed import refuse_speed
 from stickslip.support.checks import Array, InputError, fault, finite, listed, nearest, several
@@ -86,16 +86,15 @@ def load_history(problem: Problem, steps: Sequence[float | LoadStep]) -> tuple[P
     unloaded = ends[0]._replace(static=0.0 * ends[0].static)
     start: tuple[Problem, Rest | None] = problem.with_damping(None), None  # the matrix of a damping rule is dear
     with suppress(InputError):  # parts that only a load presses on their contacts have no state of rest before it
-        pressed = _Way(problem, unloaded, unloaded, "").at(start[0], 0.0)
-        if np.any(pressed[1].forces):  # what presses without a load may let sliders slip already
-            start = pressed
+        start = _Way(problem, unloaded, unloaded, "").at(start[0], 0.0)
     halvings, found = int(np.ceil(np.log2(1.0 / SETTLED))), list[Any]()
     for number, (before, after) in enumerate(pairwise([unloaded, *ends]), start=1):
         way = _Way(problem, before, after, f"step {number}" if number <= len(loads) else "the problem, after all steps")
         found.append(way.along(found[-1] if found else start, 0.0, 1.0, halvings))
     _, rest = found[-1]
     carried = np.abs(contact_table(problem.contacts).stiffness * rest.sliders).max(initial=0.0)
-    if np.finfo(float).eps * carried > SETTLED * np.abs(rest.forces).max():
+    acting = np.abs(rest.forces).max() or np.abs(problem.static_load).max()
+    if np.finfo(float).eps * carried > SETTLED * acting:
         rule = "must not move sliders so far that rounding hides their friction"
         raise fault("steps", rule, f"sliders {np.abs(rest.sliders).max():.1e} m away")
     return with_sliders(problem, rest.sliders), found
@@ -130,7 +129,7 @@ def _end(problem: Problem, step: LoadStep, what: str) -> _End:
             known = [each for each in (("preload", "gap") if law.has_normal else ("normal_load",)) if hasattr(law, each)]
             if key not in known:
                 remedy = f"A step may state its {listed(known)}." if known else "Remove it."
-                raise fault(f"{what}: {key} of {name}", "must be a number of its law", type(law).__name__, remedy)
+                raise InputError(f"{what}: the {type(law).__name__} of {name} has no {key} here. {remedy}")
             size = np.size(getattr(law, "kt", 0.0))  # of an array its elements, which share a total
             numbers[number, key] = value + part.further if key == "gap" else np.full(size, part.share * value / size).squeeze()
     return _End(np.array(static), numbers)
@@ -143,6 +142,7 @@ class _Way:
         self.problem, self.before, self.after, self.where = problem, before, after, where
         table = contact_table(problem.contacts)
         self.row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
+        self.contact = np.searchsorted(table.first_row, self.row, side="right") - 1
 
     def at(self, problem: Problem, share: float) -> tuple[Problem, Rest]:
         """The problem under the load at a share of the way, its sliders where that moves them, on the coordinates it needs."""
@@ -187,11 +187,12 @@ class _Way:
             return whole  # what presses without a load has kept the parts apart so far
         finer = self.at(half[0], high)
         rest = finer[1]
-        uncertain = [rest.sliders - whole[1].sliders]
+        uncertain, moved = [rest.sliders - whole[1].sliders], np.abs(rest.motion[self.row]).max(initial=0.0)
         if begin is not None:
-            closes = (begin.limits == 0.0) & (rest.limits > 0.0)
+            apart = rest_variables(problem, begin)["rest_gap"][self.contact] > SETTLED * moved
+            closes = apart & (begin.limits == 0.0) & (rest.limits > 0.0)
             uncertain += [half[1].sliders - 0.5 * (begin.sliders + rest.sliders), closes * (rest.motion - begin.motion)[self.row]]
-        if np.abs(uncertain).max(initial=0.0) <= SETTLED * np.abs(rest.motion[self.row]).max(initial=0.0):
+        if np.abs(uncertain).max(initial=0.0) <= SETTLED * moved:
             return finer
         return self.along(self.along(start, low, middle, halvings - 1, half), middle, high, halvings - 1)
 

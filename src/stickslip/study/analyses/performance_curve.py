@@ -55,7 +55,6 @@ def plan(asked: Asked) -> Works:
     def on_mesh(progress: Progress) -> PerformanceWork:
         """On the shapes of the contact forces at the peaks of the ends and the middle of the curve, for each friction."""
         problem = sweep.problem
-        pull = settings["pull"] or centrifugal_pull(problem)
         levels = [pull / (ratio * excitation(problem)) for ratio in (low, np.sqrt(low * high), high)]
         for mu in settings["friction"] or [None]:
             rubbing = problem if mu is None else with_friction(problem, mu)
@@ -64,8 +63,10 @@ def plan(asked: Asked) -> Works:
         return work(problem)
 
     low, *_, high = ratios = settings["force_ratio"]
+    pull = settings["pull"] or centrifugal_pull(sweep.problem)
     words = f"{counted(len(settings['friction'] or [0]), 'performance curve')} of {counted(len(ratios), 'point')}"
-    summary = f"{summary_of(sweep)}; {words}, F_C/F_E {low:g} to {high:g}"
+    summary = f"{summary_of(sweep)}; {words}, F_C/F_E {low:g} to {high:g}, F_C = {pull:g} N"
+    summary += "" if settings["pull"] else ", the largest static force or preload: `pull` states another"
     of_mesh, known = None if sweep.problem.mesh is None else on_mesh, promised(sweep.problem)
     return Works(lambda: work(known), summary, lambda work, arrays: gathered(work, arrays).dataset, on_mesh=of_mesh)
 
