@@ -162,8 +162,7 @@ class _Way:
         if rest is None:
             raise InputError(
                 f"No state of rest was found under the static load of {self.where}. At each step, the load must press parts that "
-                "only contacts restrain on these contacts. With contacts a thousand times as stiff as what they join, it may not be "
-                "found."
+                "only contacts restrain on these contacts. Very stiff contacts may hide one."
             )
         return with_sliders(loaded, rest.sliders), rest
 
