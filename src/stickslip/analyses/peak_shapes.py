@@ -85,20 +85,24 @@ def own_shapes_error(
     points = list(highest_points(balance, curve, measure).values())
     if not points:
         return np.full(len(balance.problem.outputs), np.nan)
-    more = finer(balance.problem, np.hstack([scaled(point.point.forces) for point in points]))
-    whole = HarmonicBalance(more, balance.harmonics, balance.tables.E.shape[0], balance.periods)
-    return errors_by(started(whole), balance, balance, curve, measure)
+    all_shapes = _with_all_shapes(balance, np.hstack([scaled(point.point.forces) for point in points]))
+    return errors_by(started(all_shapes), balance, balance, curve, measure)
 
 
 def own_shapes_change(balance: HarmonicBalance, peak: Evaluation, output: int, measure: Measure) -> float:
     """The same of one output at one of its peaks; NaN where that cannot be solved on these shapes."""
-    more = finer(balance.problem, scaled(peak.point.forces))
-    whole = HarmonicBalance(more, balance.harmonics, balance.tables.E.shape[0], balance.periods)
-    X = peak.w[balance.rows + output]
-    solution = solved_again(whole, balance, peak.point, output, X[balance.first])
+    row = balance.rows + output
+    solution = solved_again(
+        _with_all_shapes(balance, scaled(peak.point.forces)), balance, peak.point, output, peak.w[row][balance.first]
+    )
     if solution is None:
         return np.nan
-    return measure.size(solution.w[whole.rows + output], solution.point.omega) / measure.size(X, peak.point.omega) - 1.0
+    return measure.size(solution.w[row], solution.point.omega) / measure.size(peak.w[row], peak.point.omega) - 1.0
+
+
+def _with_all_shapes(balance: HarmonicBalance, forces: Array) -> HarmonicBalance:
+    """The balance on all shapes of these contact forces (rows, k), and on what the inertia of its own deforms."""
+    return HarmonicBalance(finer(balance.problem, forces), balance.harmonics, balance.tables.E.shape[0], balance.periods)
 
 
 def _highest(balance: HarmonicBalance, curve: Curve, measure: Measure) -> Iterator[_Highest]:
