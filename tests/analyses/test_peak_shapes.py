@@ -14,7 +14,7 @@ from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import InputError
 
-BAND, LEVELS, MODES_TO = ss.hertz(1200.0, 2800.0), [1.0, 20.0, 60.0], 8e3
+BAND, LEVELS, MODES_TO = ss.hertz(1200.0, 2800.0), [1.0, 20.0, 60.0], 6e3
 
 
 def parts(clamped=True):
@@ -53,22 +53,22 @@ def test_peaks_are_those_of_all_rows_and_the_error_is_known(whole, meshed):
     assert slip[0] == 0.0 < slip[1] < slip[2]
     (hertz, height), (exact, right) = highest(meshed), highest(whole)
     assert meshed.dataset.attrs["coordinates"] < 0.2 * whole.problem.structure.size
-    assert hertz == pytest.approx(exact, rel=2e-4)
-    assert height == pytest.approx(right, rel=2e-4)
+    assert hertz == pytest.approx(exact, rel=4e-4)
+    assert height == pytest.approx(right, rel=1e-3)
     error = right / height - 1.0
     assert np.abs(error).max() > 5e-5
     assert meshed.dataset.modal_error.values[:, 0] == pytest.approx(error, rel=0.05, abs=5e-8)
 
 
 def test_shapes_of_the_peaks_take_away_what_those_of_stuck_modes_leave(whole, monkeypatch):
-    """With so many modes that these leave nothing: forty times less at the highest peak, where all contacts slip."""
-    problem, (_, right) = meshed_problem(*parts(), modes_to=1.5 * MODES_TO), highest(whole)
+    """With so many modes that these leave nothing: fifty times less at the highest peak, where all contacts slip."""
+    problem, (_, right) = meshed_problem(*parts(), modes_to=8e3), highest(whole)
     left = []
     for shapes in (lambda work, progress: work, ForcedResponseWork.with_shapes):
         monkeypatch.setattr(ForcedResponseWork, "with_shapes", shapes)
         _, height = highest(ss.forced_response(problem, BAND, LEVELS[2:], harmonics=3, samples=128))
         left.append(abs(height[0] / right[2] - 1.0))
-    assert left[0] > 1e-6
+    assert left[0] > 1e-5
     assert left[1] < 0.1 * left[0]
 
 
@@ -153,8 +153,8 @@ def test_performance_curves_and_start_states_know_what_their_shapes_leave(whole,
 
 
 def test_curves_are_solved_again_with_the_shapes_of_their_own_forces(monkeypatch):
-    """Where the first solutions have none, and an error of a thousandth is not allowed: 30 times as stiff contacts."""
-    monkeypatch.setattr("stickslip.analyses.forced_response.ALLOWED", 1e-3)
+    """Where the first solutions have none, and an error of 1e-4 is not allowed: 30 times as stiff contacts."""
+    monkeypatch.setattr("stickslip.analyses.forced_response.ALLOWED", 1e-4)
     structure, contacts, *others = parts()
     stiff = [replace(each, law=replace(each.law, kt=30.0 * each.law.kt, kn=30.0 * each.law.kn)) for each in contacts]
     problem = meshed_problem(structure, stiff, *others, modes_to=4.0 * MODES_TO)
@@ -164,7 +164,7 @@ def test_curves_are_solved_again_with_the_shapes_of_their_own_forces(monkeypatch
     first = ss.forced_response(problem, BAND, LEVELS[2:], harmonics=3, samples=128)
     errors = [float(each.dataset.modal_error[0, 0]) for each in (first, settled)]
     heights = [float(each.dataset.peak_amplitude.max()) for each in (first, settled)]
-    assert abs(errors[0]) > 1e-3
+    assert abs(errors[0]) > 1e-4
     assert abs(errors[1]) < 0.1 * abs(errors[0])
     assert heights[1] / heights[0] - 1.0 == pytest.approx(errors[0], rel=0.1)
     assert settled.dataset.attrs["coordinates"] > first.dataset.attrs["coordinates"]

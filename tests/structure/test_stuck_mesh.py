@@ -18,8 +18,8 @@ from stickslip.model.structure.stress import StressRecovery
 from stickslip.model.structure.stuck_mesh import StuckMesh
 from stickslip.support.checks import InputError
 
-KT, KN, MODES_TO = 4e6, 6e6, 20e3
-"""Stiffness of each node on the pad; the modes kept, Hz, of which the stuck beam has three."""
+KT, KN, MODES_TO, FREE_TO = 4e6, 6e6, 20e3, 7e3
+"""Stiffness of each node on the pad; the modes kept, Hz, of which the stuck beam has three; those without contacts."""
 
 
 @cache
@@ -41,7 +41,7 @@ def stuck_mesh(clamped=True, holding="xyz", modes_to=MODES_TO):
     structure, pad, tip = beam(clamped)
     B = structure.rows([{f"{node}.{axis}": 1.0} for node in pad for axis in holding])
     stiffness = np.tile([KN if axis == "z" else KT for axis in holding], len(pad))
-    return StuckMesh(structure, B, stiffness, structure.rows([{f"{tip}.y": 1.0}, {f"{tip}.z": 1.0}]), modes_to)
+    return StuckMesh(structure, B, stiffness, structure.rows([{f"{tip}.y": 1.0}, {f"{tip}.z": 1.0}]), modes_to, 0.35 * modes_to)
 
 
 def dense(mesh):
@@ -91,6 +91,38 @@ def test_with_all_contact_forces_contacts_see_the_structure_with_all_rows(clampe
     assert np.abs(receptance(lacking.M, own, fewer) - whole).max() > 1e-2 * np.abs(whole).max()
 
 
+@pytest.mark.parametrize("factor", [1.0, 1e4])
+@pytest.mark.parametrize("clamped", [True, False])
+def test_modes_without_contacts_are_those_of_all_rows(clamped, factor):
+    """However stiff the contacts are that are taken away."""
+    mesh = stuck_mesh(clamped)
+    mesh = replace(mesh, stiffness=factor * mesh.stiffness)
+    squares = linalg.eigvalsh(mesh.structure.K.toarray(), mesh.structure.M.toarray())
+    rigid, below = mesh.rigid.shape[1], int(np.sum(squares <= (2.0 * np.pi * FREE_TO) ** 2))
+    assert mesh.free_modes.shape[1] == below - rigid > 0
+
+    def lowest(mesh):
+        structure, _ = few(mesh, np.zeros((mesh.B.shape[0], 0)))
+        return linalg.eigvalsh(structure.K, structure.M)[rigid:below]
+
+    assert lowest(mesh) == pytest.approx(squares[rigid:below], rel=1e-5)
+    if factor > 1.0:
+        assert lowest(replace(mesh, free_to=1.0)).min() > 1.1 * squares[rigid]
+
+
+def test_equal_bodies_have_each_of_their_modes_without_contacts():
+    """More of them than one block of the iteration holds."""
+    structure, pad, _ = beam(True)
+    many = assemble({f"blade{k}": structure.with_damping(None) for k in range(10)})
+    B = many.rows([{f"blade{k}/{node}.{axis}": 1.0} for k in range(10) for node in pad for axis in "xyz"])
+    mesh = StuckMesh(many, B, np.full(B.shape[0], KT), many.rows([{many.kept[0]: 1.0}]), MODES_TO, FREE_TO)
+    squares = linalg.eigvalsh(structure.K.toarray(), structure.M.toarray())
+    shapes = mesh.free_modes
+    own = np.repeat(squares[squares <= (2.0 * np.pi * FREE_TO) ** 2], 10)
+    assert shapes.shape[1] == own.size
+    assert np.linalg.eigvalsh(shapes.T @ (many.K @ shapes)) == pytest.approx(own, rel=1e-9)
+
+
 def test_loads_and_outputs_are_static_without_any_contact_force():
     mesh = stuck_mesh()
     _, K, _ = dense(mesh)
@@ -107,7 +139,7 @@ def test_directions_that_rounding_tells_apart_are_one():
     equal = np.sqrt([(row @ mesh.flexible(row.toarray().T))[0, 0] for row in (y, z)])
     for apart, count in ((3e-6, 1), (3e-5, 2)):
         beside = y + apart * equal[0] / equal[1] * z
-        pair = replace(mesh, directions=sparse.csr_array(sparse.vstack([y, beside])))
+        pair = replace(mesh, directions=sparse.csr_array(sparse.vstack([y, beside])), free_to=1.0)
         assert pair.first_shapes.shape[1] == count
 
 

@@ -113,13 +113,16 @@ def _highest(balance: HarmonicBalance, curve: Curve, measure: Measure) -> Iterat
 
 
 def _again(balance: HarmonicBalance, few: HarmonicBalance, highest: _Highest, measure: Measure) -> _Highest:
-    """The point with more shapes; as it is where it cannot be solved."""
+    """The point with more shapes; where a peak is not found at its phase, at its frequency, and as it is where there is none."""
     start = replace(highest.point, forces=pad(highest.point.forces, balance.columns))
     solution = solved_again(balance, few, start, highest.output, highest.peak)
+    at_peak = solution is not None and highest.peak is not None
+    if solution is None and highest.peak is not None:  # the forces beside a peak have the shapes of those there
+        solution = solved_again(balance, few, start, highest.output, None)
     if solution is None:
         return highest
     X = solution.w[balance.rows + highest.output]
-    peak = None if highest.peak is None else X[balance.first]
+    peak = X[balance.first] if at_peak else None
     return replace(highest, point=solution.point, peak=peak, size=measure.size(X, solution.point.omega))
 
 

@@ -44,8 +44,11 @@ def model_summary(sweep: ForcedResponseSettings, condition: str = "", system: Un
     """
     free, stuck = (sweep.problem.frequencies(stuck=stuck) for stuck in (False, True))
     when = f" {condition}" if condition else ""
-    at_most = "" if sweep.problem.mesh is None else "at most "  # of coordinates that are made for stuck contacts
-    listed = f"without contacts: {at_most}{_listed(free)}; all contacts stuck: {_listed(stuck)}"
+    mesh = sweep.problem.mesh
+    alone = _listed(free)
+    if mesh is not None:  # above, coordinates that are made for stuck contacts give upper bounds alone
+        alone = f"{_listed(free[free <= mesh.stuck.free_to]) or 'none'} up to {mesh.stuck.free_to:.5g} Hz"
+    listed = f"without contacts: {alone}; all contacts stuck: {_listed(stuck)}"
     lines = [f"Natural frequencies in Hz{when}, {listed}."]
     lines += _waves(sweep.problem)
     if held_by_friction_alone(sweep.problem):

@@ -11,6 +11,7 @@ from stickslip.model.loads import Force, Output
 from stickslip.model.problem.at_rest import Rest
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.problem import Mesh, Problem
+from stickslip.model.problem.truncation import REACH
 from stickslip.model.structure.sparse import Report, SparseStructure
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE, StuckMesh, quiet
 from stickslip.support.checks import Array, counted
@@ -27,7 +28,8 @@ def meshed_problem(
     report: Report = quiet,
     **more: Any,
 ) -> Problem:
-    """The problem of a sparse structure on the modes up to a frequency [Hz], rigid motions, and shapes of loads and outputs.
+    """The problem of a sparse structure on the modes up to a frequency [Hz], rigid motions, modes without contacts up to
+    the highest frequency that is balanced, and shapes of loads and outputs.
 
     more: as of a `Problem`. What the contacts deform beyond that is not known yet: `with_forces` adds it.
     """
@@ -46,7 +48,8 @@ def meshed_problem(
     others = [each.direction for name in ("mean_springs", "dashpots") for each in more.get(name, ())]
     named = _named(structure, [*directions, *loads, *others])
     rows = structure.rows(directions)
-    stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows([*loads, *along]), modes_to, counted_report)
+    reach = modes_to, modes_to / REACH  # stuck, and without contacts
+    stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows([*loads, *along]), *reach, counted_report)
     known = stuck.new_forces(stuck.first_shapes, stuck.forces_of_modes)
     mesh = Mesh(stuck, named, known, stuck.coordinates(known))
     few = stuck.structure_on(mesh.coordinates, named)

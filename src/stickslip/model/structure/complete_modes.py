@@ -336,7 +336,7 @@ def lowest_modes(M: Sparse, K: Sparse, number: int = 10, rigid: Array | None = N
     rigid: the rigid motions that coordinates show, (n, motions), of `rigid_motions`; None without coordinates: each mode is then
     judged by its energy.
     """
-    known = np.zeros((K.shape[0], 0)) if rigid is None else _with_unit_mass(M, rigid)
+    known = np.zeros((K.shape[0], 0)) if rigid is None else with_unit_mass(M, rigid)
     wanted = max(number - known.shape[1], 1)
     pencil = Pencil(K, M)
     if M.shape[0] <= DENSE_SIZE:
@@ -354,7 +354,7 @@ def lowest_modes(M: Sparse, K: Sparse, number: int = 10, rigid: Array | None = N
     return LowestModes(squares, known.shape[1] + int(np.sum(still)), negative, count, pencil.megabytes)
 
 
-def _with_unit_mass(M: Sparse, motions: Array) -> Array:
+def with_unit_mass(M: Sparse, motions: Array) -> Array:
     """The motions R (n, k) with mass, RᵀMR = 1; those without have no mode."""
     masses, turned = np.linalg.eigh(motions.T @ (M @ motions))
     heavy = masses > MASSLESS * masses.max(initial=0.0)

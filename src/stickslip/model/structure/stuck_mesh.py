@@ -6,8 +6,8 @@ the modes above add is the residual flexibility G = K'⁻¹ − P Ω⁻² Pᵀ. 
 
     x = P Ω⁻¹ η + V z,  VᵀK'V = 1,  PᵀM V = 0,
 
-V holds the rigid motions of all parts, without which nothing of what contacts let go could be known; the static shapes G f of
-loads and outputs; and the shapes G Bᵀ λ of given contact forces λ. On them the structure is projected (Ritz).
+V holds the rigid motions of all parts, without which nothing of what contacts let go could be known; the modes without contacts,
+whose shape stiff contacts prevent; the static shapes G f of loads and outputs; and the shapes G Bᵀ λ of given contact forces λ. On them the structure is projected (Ritz).
 
 Sources: R. H. MacNeal, Comput. Struct. 1 (1971) 581-601, for residual flexibility; shapes of solved forces, kept by their energy:
 proper orthogonal decomposition, L. Sirovich, Q. Appl. Math. 45 (1987) 561-571.
@@ -21,7 +21,7 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.structure.complete_modes import BLOCK, completed, eigenpairs_above
+from stickslip.model.structure.complete_modes import BLOCK, completed, eigenpairs_above, with_unit_mass
 from stickslip.model.structure.cyclic_reduction import mode_names
 from stickslip.model.structure.factor import Pencil, Singular
 from stickslip.model.structure.matrices import Structure
@@ -29,7 +29,7 @@ from stickslip.model.structure.mesh_surface import MeshSurface
 from stickslip.model.structure.modes import rigid_motions, without_resistance
 from stickslip.model.structure.sparse import Report, Sparse, SparseStructure
 from stickslip.model.structure.stress import StressRecovery
-from stickslip.support.checks import Array, Index, InputError
+from stickslip.support.checks import Array, Index, InputError, counted
 
 DEPENDENT = 1e-5
 """Length of a unit shape off the others below which it is a combination of them: far above the rounding of a solution, and far
@@ -56,13 +56,14 @@ class Coordinates(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class StuckMesh:
     """A sparse structure with stuck contacts. B (rows, n), sparse, stiffness (rows,): contact rows and K_c; directions (k, n),
-    sparse: of loads and outputs; modes_to: natural frequency up to which modes are kept, Hz."""
+    sparse: of loads and outputs; modes_to, free_to: natural frequency up to which modes are kept, stuck and without contacts, Hz."""
 
     structure: SparseStructure
     B: Any
     stiffness: Array
     directions: Any
     modes_to: float
+    free_to: float
     report: Report = lambda text: None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -105,6 +106,26 @@ class StuckMesh:
     def rigid(self) -> Array:
         """The rigid motions of all parts without their contacts, (n, motions)."""
         return rigid_motions(self.structure.K, self.structure.dofs, self.structure.nodes)
+
+    @cached_property
+    def free_modes(self) -> Array:
+        """The elastic modes without contacts up to their frequency, with unit mass, (n, modes); none where K − σM has no good factor.
+
+        The factor at that frequency has as many negative pivots as there are modes, and (σM − K)⁻¹ finds them, as many equal ones
+        as there may be. It is made before that of K', for memory.
+        """
+        M, shift = self.structure.M, (2.0 * np.pi * self.free_to) ** 2
+        try:
+            pencil = Pencil(self.structure.K, M, self.report).at(shift)
+        except Singular:
+            return np.zeros((self.structure.size, 0))
+        rigid = with_unit_mass(M, self.rigid)
+        number = pencil.negative - rigid.shape[1]
+        if number <= 0 or pencil.weak:
+            return np.zeros((self.structure.size, 0))
+        self.report(f"{counted(number, 'elastic mode')} without contacts up to {self.free_to:.5g} Hz")
+        pairs = eigenpairs_above(lambda loads: -pencil.solve(loads), M, number, known=rigid, block=max(BLOCK, number))
+        return pairs.shapes[:, :number]
 
     @cached_property
     def bodies(self) -> list[tuple[str, Index, Array]]:
@@ -152,14 +173,20 @@ class StuckMesh:
 
     @cached_property
     def first_shapes(self) -> Array:
-        """V without contact forces: rigid motions off the modes, and the static shapes of loads and outputs, (n, k)."""
+        """V without contact forces: rigid motions and modes without contacts off the modes, and the static shapes of loads and
+        outputs, (n, k)."""
+        loads, moved = self.directions.toarray().T, np.hstack([self.rigid, self.free_modes])
         squares, modes = self.modes
-        rigid = self.rigid - modes @ (modes.T @ (self.structure.M @ self.rigid))
-        loads = self.directions.toarray().T
+        beyond = moved - modes @ (modes.T @ (self.structure.M @ moved))
         static = self.flexible(loads)
-        works, low = np.einsum("ij,ij->j", loads, static), (modes.T @ loads) ** 2 / squares[:, None]
-        static = static[:, works > NEGLIGIBLE * (works + low.sum(axis=0))]
-        return self._orthonormal(np.hstack([rigid, static]))
+        works = [np.einsum("ij,ij->j", first, second) for first, second in ((beyond, self.stuck @ beyond), (loads, static))]
+        wholes = (
+            np.einsum("ij,ij->j", moved, self.stuck @ moved),
+            works[1] + np.sum((modes.T @ loads) ** 2 / squares[:, None], axis=0),
+        )
+        kept = [work > NEGLIGIBLE * whole for work, whole in zip(works, wholes, strict=True)]
+        kept[0][: self.rigid.shape[1]] = True
+        return self._orthonormal(np.hstack([beyond[:, kept[0]], static[:, kept[1]]]))
 
     def _orthonormal(self, shapes: Array, have: Array | None = None) -> Array:
         """Shapes that span the same off those one has, XᵀK'X = 1; those that are combinations of others are left out.
