@@ -27,7 +27,14 @@ from stickslip.analyses.isolated import Isolated, searched, sought_unasked, take
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
-from stickslip.analyses.peak_shapes import SETTLED, own_shapes_error, scaled, with_loaded_harmonics, with_shapes_of_peaks
+from stickslip.analyses.peak_shapes import (
+    SETTLED,
+    Highest,
+    highest_of,
+    own_shapes_error,
+    with_loaded_harmonics,
+    with_shapes_of_peaks,
+)
 from stickslip.analyses.reached import reached, with_reached
 from stickslip.analyses.response_dataset import (
     ContactRows,
@@ -77,7 +84,6 @@ from stickslip.analyses.truncation import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
-from stickslip.model.problem.meshed import with_forces
 from stickslip.model.problem.speed import over_periods
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.model.problem.warnings import negative_damping
@@ -581,9 +587,6 @@ class ForcedResponseWork(OneBalance):
             return self
         measure, curves = self.measure.over(self.periods), []
 
-        def balance_of(problem: Problem) -> HarmonicBalance:
-            return self.balance if problem is self.problem else replace(self, problem=problem).balance
-
         def report(case: int, share: float) -> None:
             progress((case + share) / len(self.words), f"first solution: {self.words[case]}")
 
@@ -595,7 +598,12 @@ class ForcedResponseWork(OneBalance):
                 curve = self._curve(rough, case, partial(report, case), tolerance)
                 # Without a peak the band may hold one of a higher harmonic.
                 curves.append(curve if any(curve.peaks) else self._curve(self.balance, case, partial(report, case), tolerance))
-            return replace(self, problem=with_shapes_of_peaks(rough, balance_of, curves, measure, progress))
+            highest = [each for curve in curves for each in highest_of(rough, curve, measure)]
+            return replace(self, problem=with_shapes_of_peaks(rough, self._balance_of, highest, measure, progress))
+
+    def _balance_of(self, problem: Problem) -> HarmonicBalance:
+        """The balance on other coordinates of the mesh."""
+        return self.balance if problem is self.problem else replace(self, problem=problem).balance
 
     def settled(
         self, curves: list[Arrays], checkpoint: Checkpoint | None, workers: Workers, progress: Progress
@@ -607,22 +615,28 @@ class ForcedResponseWork(OneBalance):
         their shapes: the work of what is left out goes with the square of the error.
         """
         work, before, unknown = self, np.inf, np.full(len(self.problem.outputs), np.nan)
+        measure = self.measure.over(self.periods)
         while work.problem.mesh is not None:
             errors = [np.abs(curve.get(OWN_FORCES.variable, unknown)) for curve in curves]
             if all(np.all(each <= ALLOWED) for each in errors):
                 break
-            dataset, worst, highest = work.gathered(curves).dataset, 0.0, set()
+            response, worst, highest = work.gathered(curves), 0.0, []
+            dataset = response.dataset
             points, every = SolvedPoints(dataset, work.problem), np.arange(dataset.sizes["point"])
             for case, output in np.ndindex(dataset.sizes["case"], dataset.sizes["output"]):
                 size = np.nan_to_num(sizes(dataset, case, output, self.measure, every))
                 if size.any():
-                    highest.add((case, int(np.argmax(size))))
+                    k = int(np.argmax(size))
+                    found, of_peaks = points.evaluation(case, k), dataset["peak_frequency"].values[case, :, output]
+                    X = found.w[points.balance.rows + output][points.balance.first]
+                    peak = X if np.isfinite(of_peaks).any() and response.peak_point(case, output) == k else None
+                    highest.append(Highest(output, found.point, peak, float(size[k])))
                     of_sweep = errors[case][output] if case < len(curves) else 0.0
                     worst = max(worst, 1.0 if np.isnan(of_sweep) else float(of_sweep))  # too far away to be solved
             if not ALLOWED < worst < 0.5 * before:
                 break
-            forces = [scaled(points.point(*place).forces) for place in sorted(highest)]
-            problem = with_forces(work.problem, np.hstack(forces), NEGLIGIBLE * (SETTLED / worst) ** 2)
+            share = NEGLIGIBLE * (SETTLED / worst) ** 2
+            problem = with_shapes_of_peaks(points.balance, work._balance_of, highest, measure, progress, share)
             if problem.structure.size == work.problem.structure.size:
                 break
             work, before = replace(work, problem=problem), worst

@@ -14,6 +14,7 @@ import numpy as np
 from stickslip.analyses.truncation import errors_by, highest_points, solved_again
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import finer, with_forces
+from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.runs.work import Progress
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.measure import Measure
@@ -29,7 +30,7 @@ ROUNDS = 8
 
 
 @dataclass(frozen=True, eq=False)
-class _Highest:
+class Highest:
     """The highest point of an output: its forces, frequency and level, its first harmonic (2,) where it is a peak, its size."""
 
     output: int
@@ -51,17 +52,18 @@ def with_loaded_harmonics(balance: HarmonicBalance) -> HarmonicBalance:
 def with_shapes_of_peaks(
     rough: HarmonicBalance,
     balance_of: Callable[[Problem], HarmonicBalance],
-    curves: Sequence[Curve],
+    highest: Sequence[Highest],
     measure: Measure,
     progress: Progress,
+    share: float = NEGLIGIBLE,
 ) -> Problem:
-    """A problem of a mesh with the shapes of the contact forces at the highest points of its curves; rough: their balance."""
+    """A problem of a mesh with the shapes of the contact forces at the highest points of its curves; rough: their balance; share:
+    as in `with_forces`."""
     problem = rough.problem
     few = balance_of(problem)
-    highest = [each for curve in curves for each in _highest(rough, curve, measure)]
     for _ in range(ROUNDS):
         forces = np.hstack([scaled(each.point.forces) for each in highest])
-        more = with_forces(problem, forces)
+        more = with_forces(problem, forces, share)
         if more.structure.size == problem.structure.size:
             break
         progress(0.0, f"highest peaks on {more.structure.size} coordinates")
@@ -105,14 +107,15 @@ def _with_all_shapes(balance: HarmonicBalance, forces: Array) -> HarmonicBalance
     return HarmonicBalance(finer(balance.problem, forces), balance.harmonics, balance.tables.E.shape[0], balance.periods)
 
 
-def _highest(balance: HarmonicBalance, curve: Curve, measure: Measure) -> Iterator[_Highest]:
+def highest_of(balance: HarmonicBalance, curve: Curve, measure: Measure) -> Iterator[Highest]:
+    """The highest point of each output of a curve."""
     for output, highest in highest_points(balance, curve, measure).items():
         X = highest.evaluation.w[balance.rows + output]
         peak = X[balance.first] if curve.peaks and curve.peaks[output] else None
-        yield _Highest(output, highest.point, peak, measure.size(X, highest.point.omega))
+        yield Highest(output, highest.point, peak, measure.size(X, highest.point.omega))
 
 
-def _again(balance: HarmonicBalance, few: HarmonicBalance, highest: _Highest, measure: Measure) -> _Highest:
+def _again(balance: HarmonicBalance, few: HarmonicBalance, highest: Highest, measure: Measure) -> Highest:
     """The point with more shapes; where a peak is not found at its phase, at its frequency, and as it is where there is none."""
     start = replace(highest.point, forces=pad(highest.point.forces, balance.columns))
     solution = solved_again(balance, few, start, highest.output, highest.peak)

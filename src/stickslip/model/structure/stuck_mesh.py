@@ -7,7 +7,8 @@ the modes above add is the residual flexibility G = K'⁻¹ − P Ω⁻² Pᵀ. 
     x = P Ω⁻¹ η + V z,  VᵀK'V = 1,  PᵀM V = 0,
 
 V holds the rigid motions of all parts, without which nothing of what contacts let go could be known; the modes without contacts,
-whose shape stiff contacts prevent; the static shapes G f of loads and outputs; and the shapes G Bᵀ λ of given contact forces λ. On them the structure is projected (Ritz).
+since stiff contacts prevent what these deform; the static shapes G f of loads and outputs; and the shapes G Bᵀ λ of given contact
+forces λ. On them the structure is projected (Ritz).
 
 Sources: R. H. MacNeal, Comput. Struct. 1 (1971) 581-601, for residual flexibility; shapes of solved forces, kept by their energy:
 proper orthogonal decomposition, L. Sirovich, Q. Appl. Math. 45 (1987) 561-571.
@@ -56,7 +57,7 @@ class Coordinates(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class StuckMesh:
     """A sparse structure with stuck contacts. B (rows, n), sparse, stiffness (rows,): contact rows and K_c; directions (k, n),
-    sparse: of loads and outputs; modes_to, free_to: natural frequency up to which modes are kept, stuck and without contacts, Hz."""
+    sparse: of loads and outputs; modes_to, free_to: frequency up to which modes are kept, Hz, stuck and without contacts."""
 
     structure: SparseStructure
     B: Any
@@ -109,7 +110,7 @@ class StuckMesh:
 
     @cached_property
     def free_modes(self) -> Array:
-        """The elastic modes without contacts up to their frequency, with unit mass, (n, modes); none where K − σM has no good factor.
+        """The elastic modes without contacts, φᵀMφ = 1, (n, modes); none where K − σM has no good factor.
 
         The factor at that frequency has as many negative pivots as there are modes, and (σM − K)⁻¹ finds them, as many equal ones
         as there may be. It is made before that of K', for memory.
