@@ -6,6 +6,7 @@ import subprocess
 import sys
 import sysconfig
 import tarfile
+import tomllib
 import venv
 import zipfile
 from pathlib import Path
@@ -50,6 +51,26 @@ def test_the_citation_names_this_version():
     citation = (ROOT / "CITATION.cff").read_text()
     assert re.search(r"^version: (.+)$", citation, re.MULTILINE).group(1) == ss.__version__
     assert f"## [{ss.__version__}]" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_the_conda_recipe_needs_what_the_package_needs():
+    """The same versions of the same packages, which have another name there in one case; METIS is left to the user."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    own = {need.replace("matplotlib>", "matplotlib-base>") for need in project["project"]["dependencies"] if ";" not in need}
+    recipe = (ROOT / "recipe" / "meta.yaml").read_text()
+    run = recipe.partition("  run:\n")[2].partition("\n\n")[0]
+    needs = {line.strip(" -").replace(" ", "") for line in run.splitlines()}
+    assert needs == own | {f"python{project['project']['requires-python']}"}
+    assert f'version = "{ss.__version__}"' in recipe
+
+
+def test_the_release_tries_each_wheel_that_it_publishes():
+    """Of every Python that the package names, on Linux, macOS and Windows, before anything is published."""
+    release = (ROOT / ".github" / "workflows" / "release.yml").read_text()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    for version in re.findall(r"Python :: (3\.\d+)", " ".join(project["classifiers"])):
+        assert f'"{version}"' in release
+    assert "needs: [source, kernels]" in release.partition("publish:")[2]
 
 
 @pytest.mark.slow
