@@ -199,8 +199,9 @@ def _preloads(problem: Problem) -> str:
     for group, stated in sorted(groups.items()) if loads else ():
         whole, left = sum(stated.values()), sum(loads[name] for name in stated)
         if left < LEFT * whole:
+            kept = f"{left:.3g} N are" if round(left / whole, 3) else "nothing is"
             return (
-                f"The preload of {group}, {whole:.4g} N, is an interference, of which {left:.3g} N are left at rest without "
+                f"The preload of {group}, {whole:.4g} N, is an interference, of which {kept} left at rest without "
                 "other loads, since what the contacts join yields more than they do. If it is the normal load at rest, write "
                 "balanced = true; else raise it until the load at rest is right."
             )
