@@ -317,6 +317,56 @@ def test_a_stop_without_friction_and_what_is_likely_a_slip(folder):
         study(folder, STUDY.replace("centre = [20.0, 52.0, 1.0]", "centre = [20.0, 20000.0, 1.0]").replace("PLATL", "PLATR"))
 
 
+FITTED = """[[body]]
+name = "damper"
+shape = "wedge"
+between = ["left/PLATR", "right/PLATL"]
+pull = [0.0, 60.0, 0.0]
+"""
+
+
+def fitted(text=FITTED):
+    """The study with a damper between the platforms."""
+    before, _, after = STUDY.partition("[[body]]")
+    return f"{before}{text}[damping]{after.partition('[damping]')[2]}"
+
+
+def test_a_wedge_is_fitted_between_two_platforms(folder):
+    """Its faces lie in the surfaces of the contacts, its edges where both platforms end, and it is as deep as they are."""
+    found = study(folder, fitted())
+    (note,) = [note for note in found.notes if "fitted between" in note]
+    assert note.startswith(
+        "damper: fitted between left/PLATR and right/PLATL: width 24 mm, height 6.302 mm, depth 30 mm, left_angle 35"
+    )
+    assert note.endswith("axes = [[1, 0, 0], [0, 1, 0]]")
+    # Nodes 166 and 186 of the left platform lie at (8, 52.80) and (17, 59.10) mm.
+    assert any("corners of its section (8, 52.8, 0), (32, 52.8, 0), (23, 59.1, 0), (17, 59.1, 0)" in note for note in found.notes)
+    assert not any("Contacts do not follow the shape" in note for note in found.notes)
+    small = study(folder, fitted(FITTED + "dimensions = { width = 10.0, height = 2.0 }\n"))
+    assert any("width 10 mm, height 2 mm, depth 30 mm" in note for note in small.notes)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("pull =", "centre = [1.0, 0.0, 0.0]\npull =", "between and centre must not be given together"),
+        (
+            "pull =",
+            "dimensions = { left_angle = 30.0 }\npull =",
+            "dimensions must be those of the shape 'wedge', but is 'left_angle'",
+        ),
+        ('"left/PLATR"', '"lft/PLATR"', r"set of nodes 'lft/PLATR' does not exist. Did you mean 'left'"),
+        ('"left/PLATR"', '"left/PLAT"', r"'PLAT' does not exist"),
+        ('"left/PLATR"', '"next/left/PLATR"', "must belong to a sector"),
+        ("[0.0, 60.0, 0.0]", "[0.0, -60.0, 0.0]", r"must lie in \[0, 90\) degrees"),
+        ('shape = "wedge"', "mass = 1.0\ninertia = [1.0, 1.0, 1.0]", "between and mass must not be given together"),
+    ],
+)
+def test_what_does_not_fit_is_refused(folder, before, after, words):
+    with pytest.raises(InputError, match=words):
+        study(folder, fitted(FITTED.replace(before, after)))
+
+
 def test_a_node_of_a_surface_may_be_kept_under_a_name_of_its_own(folder):
     """The reduction has it once; the surface counts it all the same."""
     text = STUDY.replace("keep = { tip = [0.0, 122.0, 0.0] }", "keep = { tip = [0.0, 122.0, 0.0], corner = 166 }")

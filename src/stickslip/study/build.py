@@ -15,6 +15,7 @@ from stickslip.model import rigs
 from stickslip.model.contact.point import GROUND, Contact, SliderOffset, between
 from stickslip.model.dampers import SHAPES
 from stickslip.model.dampers.damper import Shape
+from stickslip.model.dampers.seat import Seat
 from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
@@ -186,10 +187,23 @@ def _dimension(key: str, value: Any, units: Units) -> Any:
     return scaled(float(value) if isinstance(value, int) and not isinstance(value, bool) else value, factor)
 
 
-def body(table: BodyTable, units: Units) -> tuple[RigidBody, tuple[Force, ...]]:
-    """A rigid body in SI, and the static forces that pull it."""
+def fitted(table: BodyTable, seat: Seat, units: Units) -> tuple[Shape, BodyTable]:
+    """The shape of a body that fits between two platforms, and its table with the place and the axes of the seat."""
+    kind = str(table.shape)
+    shape = shape_of(kind, table.dimensions, units, **seat.dimensions(SHAPES[kind], table.dimensions))
+    centre = (seat.centre(shape) / units.factor(LENGTH)).tolist()
+    return shape, table.model_copy(update={"centre": centre, "axes": seat.axes[:2].tolist()})
+
+
+def body(table: BodyTable, units: Units, seat: Seat | None = None) -> tuple[RigidBody, tuple[Force, ...]]:
+    """A rigid body in SI, and the static forces that pull it; seat: of a body between two platforms."""
+    own = None
+    if seat is not None:
+        shape, table = fitted(table, seat, units)
+        own = shape.body()
+    elif table.shape is not None:
+        own = shape_of(table.shape, table.dimensions, units).body()
     values = in_si(table, units)
-    own = None if table.shape is None else shape_of(table.shape, table.dimensions, units).body()
     mass, inertia = (values["mass"], values["inertia"]) if own is None else (own.mass, own.inertia)
     given = np.asarray(inertia, dtype=float)
     turn = axes_of(table.axes)

@@ -11,7 +11,7 @@ from typing import Any
 from stickslip.analyses.contacts_at_rest import as_lines, by_surface
 from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
-from stickslip.model.contact.point import GROUND, Contact
+from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
@@ -40,7 +40,6 @@ from stickslip.study.structure import (
     Parts,
     Whole,
     bodies_of,
-    body_note,
     rotation_note,
     structures_of,
     together,
@@ -482,8 +481,7 @@ def from_model(
     rotation = found.attempt("[rotation]", build.rotation, tables.rotation, tables.over_speed, units) if tables.rotation else None
     whole_of = Whole(damping, order, rotation)
     structures = structures_of(tables.structures, several, surfaces, whole_of, folder, units, found, messages, meshed)
-    bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found, tables.rotation is not None)
-    messages[1].extend(body_note(name, body, units.system) for name, body in bodies.items())
+    bodies, pulls = bodies_of(tables.bodies, structures, units, found, tables.rotation is not None, messages[1])
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
     parts = found.attempt("[structure]", together, structures, bodies, damping, rotation) if whole else None
     if parts and rotation:

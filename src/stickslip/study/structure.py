@@ -1,7 +1,7 @@
 """The structure of a study: [structure] tables with a model file or small matrices, rigid bodies, and the gas forces of
 [aerodynamics], put together as one structure in SI."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple
@@ -9,7 +9,11 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from stickslip.model.contact.point import GROUND
+from stickslip.model.dampers.damper import Shape
+from stickslip.model.dampers.seat import Seat
 from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.interfaces.node_surface import nodes_of
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad, in_rotation
@@ -55,7 +59,7 @@ from stickslip.study.fields import (
     in_si,
 )
 from stickslip.study.tables import AxisTable, BodyTable, FilesTable, GaugeTable, MatricesTable, SectorTable, StructureTable
-from stickslip.support.checks import MOST, Array, InputError, fault
+from stickslip.support.checks import MOST, Array, InputError, fault, nearest
 from stickslip.support.units import UnitSystem
 
 MANY_KEPT = 800
@@ -406,14 +410,19 @@ def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str
 
 
 def bodies_of(
-    tables: Sequence[BodyTable | None], units: Units, taken: Collection[str], found: Found, turning: bool = False
+    tables: Sequence[BodyTable | None], built: Mapping[str, Built], units: Units, found: Found, turning: bool, notes: list[str]
 ) -> tuple[dict[str, RigidBody], tuple[Force, ...]]:
     """The rigid bodies by name, and the static forces that pull them; turning: their own mass does."""
     bodies: dict[str, RigidBody] = {}
     pulls: tuple[Force, ...] = ()
+    taken = (*built, GROUND)
     for number, table in enumerate(tables, start=1):
-        made = None if table is None else found.attempt(f"[[body]] {number}", build.body, table, units)
-        if table is None or made is None:
+        place, seat = f"[[body]] {number}", None
+        if table is None:
+            continue
+        if table.between is not None and (seat := found.attempt(place, _seat, table, built)) is None:
+            continue
+        if (made := found.attempt(place, build.body, table, units, seat)) is None:
             continue
         if table.name in (*bodies, *taken):
             found.messages.append(f"[[body]] {number}: {fault('name', 'must be another one for each', table.name)}")
@@ -422,7 +431,41 @@ def bodies_of(
             remedy = "The mass of the body pulls it; leave `pull` out."
             found.messages.append(f"[[body]] {number}: {fault('pull', 'must not stand beside [rotation]', table.pull, remedy)}")
         bodies[table.name], pulls = made[0], (*pulls, *made[1])
+        if seat is not None:
+            notes.append(seat_note(table.name, *build.fitted(table, seat, units), units.system))
+        notes.append(body_note(table.name, made[0], units.system))
     return bodies, pulls
+
+
+def _seat(table: BodyTable, built: Mapping[str, Built]) -> Seat:
+    """Where a body lies between two sets of nodes; `next/` those of the following sector."""
+    places = []
+    for name in table.between or ():
+        whole = name.removeprefix(NEXT)
+        owner, _, own = whole.rpartition("/") if "" not in built else ("", "", whole)
+        if owner not in built:
+            raise InputError(f"between: set of nodes {name!r} does not exist. {nearest(owner, list(built))}")
+        structure = built[owner].structure
+        points = np.array([structure.nodes[node] for node in nodes_of(structure, own)])
+        if name != whole:
+            if not isinstance(structure, CyclicStructure):
+                raise fault(f"The surface {name!r}", "must belong to a sector", "a structure without [structure.sector]")
+            points = np.array([structure.axis.turned(point, structure.sectors, 1) for point in points])
+        places.append(points)
+    left, right = places
+    return Seat.between(left, right, table.pull if any(table.pull) else None)
+
+
+def seat_note(name: str, shape: Shape, table: BodyTable, system: UnitSystem) -> str:
+    """The dimensions and axes of a body that was fitted between two platforms, as a study states them."""
+    metre, unit = in_system("m", system)
+    said = [
+        f"{key} {value:.4g} degrees" if key.endswith("_angle") else f"{key} {metre * value:.4g} {unit}"
+        for key, value in vars(shape).items()
+        if isinstance(value, float) and key != "density"
+    ]
+    axes = ", ".join(f"[{', '.join(f'{part + 0.0:.5g}' for part in np.round(axis, 6))}]" for axis in table.axes or ())
+    return f"{name}: fitted between {' and '.join(table.between or ())}: {', '.join(said)}; axes = [{axes}]"
 
 
 def body_note(name: str, body: RigidBody, system: UnitSystem) -> str:

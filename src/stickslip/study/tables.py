@@ -252,7 +252,7 @@ class BodyTable(Table):
     """A rigid body, such as a damper: its degrees of freedom are NAME/centre.x, .y, .z, .rx, .ry, .rz."""
 
     exactly_one: ClassVar[Groups] = (("mass", "shape"),)
-    at_most_one: ClassVar[Groups] = (("mass", "dimensions"),)
+    at_most_one: ClassVar[Groups] = (("mass", "dimensions"), ("between", "centre"), ("between", "axes"), ("between", "mass"))
     together: ClassVar[tuple[tuple[str, str], ...]] = (("mass", "inertia"),)
 
     name: Annotated[str, Field(min_length=1, description="name of the body")]
@@ -264,6 +264,9 @@ class BodyTable(Table):
     inertia: Annotated[Inertia | None, INERTIA, Field(description="about the mass centre: three moments, or the matrix")] = None
     centre: Annotated[Vector, LENGTH] = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """mass centre, in the coordinates of the model"""
+    between: Annotated[list[str] | None, Field(min_length=2, max_length=2)] = None
+    """sets of nodes of the left and right platform, both flat: centre, axes and angles of the shape, its depth, and width and
+    height of a wedge follow; the pull points to the ridge of the platforms"""
     axes: Annotated[list[Vector] | None, Field(min_length=2, max_length=2)] = None
     """x and y of the body, at right angles, in the coordinates of the model; default: those of the model"""
     pull: Annotated[Vector, FORCE] = Field(default_factory=lambda: [0.0, 0.0, 0.0])
