@@ -37,7 +37,7 @@ def test_a_wedge_is_found_again(seed):
     """Slopes, base, height, depth, axes and mass centre; with nodes a little off the planes, nearly."""
     turn, centre = turned(seed)
     for scatter, within in ((0.0, 1e-9), (1e-6, 1e-3)):
-        seat = Seat.between(*faces(WEDGE, turn, centre, scatter), turn[1])
+        seat = Seat.between(*faces(WEDGE, turn, centre, scatter), 3.0 * turn[1] + turn[2])  # not quite across the depth
         given = seat.dimensions(Wedge, {})
         for name, value in given.items():
             assert value == pytest.approx(getattr(WEDGE, name), rel=within), name
