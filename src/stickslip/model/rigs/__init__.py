@@ -5,9 +5,9 @@ Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
 
 from collections.abc import Callable
 
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.model.problem import Problem
 from stickslip.model.rigs.beams import blade_root, ring_damper, shrouded_blades
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.model.rigs.lumped import (
     blade_and_wedge,
     chain,
