@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stickslip.laboratory.measurement.contact_record import ContactRecord
 from stickslip.laboratory.measurement.cycles import analysis, columns_at, delayed, fitted_cycle, synthesis
+from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import Array, Index, between, counted, fault, first_of, rounded
 
 HARMONICS = (30, 60, 120, 240)
@@ -115,7 +116,7 @@ class ContactCycles:
     @property
     def energy(self) -> Array:
         """Energy dissipated in each cycle, (cycles,) [J]: the area of its loop, π Σ k (a_F b_u − b_F a_u)."""
-        return loop_area(self.displacement, self.force)
+        return cycle_work(self.force, self.displacement)
 
     @property
     def summary(self) -> str:
@@ -130,13 +131,6 @@ def _range(values: Array) -> str:
     if values.max() < 1.05 * values.min():
         return f"{np.median(values):.4g}"
     return f"{values.min():.4g} to {values.max():.4g}"
-
-
-def loop_area(displacement: Array, force: Array) -> Array:
-    """∮ F du from harmonics (..., 2H+1)."""
-    order = np.arange(1, (displacement.shape[-1] + 1) // 2)
-    across = force[..., 1::2] * displacement[..., 2::2] - force[..., 2::2] * displacement[..., 1::2]
-    return np.asarray(np.pi * np.sum(order * across, axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -429,7 +423,7 @@ def _small(value: float, unit: str) -> str:
 
 def _turned(u: Array, force: Array) -> bool:
     """Whether the force has the sign with which friction gives energy; in loops without area, with which it falls."""
-    area = float(np.sum(loop_area(u, force)))
+    area = float(np.sum(cycle_work(force, u)))
     size = float(np.sum(np.ptp(u @ synthesis(120, (u.shape[1] - 1) // 2).T, axis=1) * np.sqrt(np.sum(force**2, axis=1))))
     return area < 0.0 if abs(area) > 0.02 * size else float(np.sum(u * force)) < 0.0
 

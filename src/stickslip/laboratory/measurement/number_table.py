@@ -135,18 +135,12 @@ UNITS: dict[str, tuple[str, float]] = {
     "µs": ("s", 1e-6),
     "min": ("s", 60.0),
     **{length: ("m", factor) for length, factor in LENGTHS.items()},
-    "N": ("N", 1.0),
-    "mN": ("N", 1e-3),
-    "uN": ("N", 1e-6),
-    "µN": ("N", 1e-6),
-    "μN": ("N", 1e-6),
-    "kN": ("N", 1e3),
-    "daN": ("N", 10.0),
-    "lbf": ("N", POUND),
-    "kgf": ("N", GRAVITY),
+    **{f"{prefix}N": ("N", factor) for prefix, factor in (("", 1.0), ("k", 1e3), ("da", 10.0), ("m", 1e-3))},
+    **{f"{micro}N": ("N", 1e-6) for micro in "uµμ"},
+    **{force: ("N", FORCES[force]) for force in ("lbf", "kgf")},
     "rad": ("rad", 1.0),
     "mrad": ("rad", 1e-3),
-    "deg": ("rad", np.pi / 180.0),
+    "deg": ("rad", DEGREE),
 }
 """Units of columns: the SI unit that each stands for, and the factor to it."""
 

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.deck import Deck
-from stickslip.model.readers.included_files import Line
+from stickslip.model.readers.deck import Deck, Line
 from stickslip.model.readers.input_cards import cards, fields
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.model import Content, dof

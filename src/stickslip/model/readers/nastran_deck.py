@@ -17,8 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.model.readers.deck import CardList, CardsMet, Deck, FoundCells, NodeAxes, radial
-from stickslip.model.readers.included_files import Line, Lines
+from stickslip.model.readers.deck import CardList, CardsMet, Deck, FoundCells, Line, Lines, NodeAxes, radial
 from stickslip.model.readers.model import dof, given_twice, located
 from stickslip.model.readers.numbers import number_of, refuse_utf_16, within_memory
 from stickslip.model.structure.matrices import Point

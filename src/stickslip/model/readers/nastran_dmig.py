@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.included_files import Line
+from stickslip.model.readers.deck import Line
 from stickslip.model.readers.model import Content, dof
 from stickslip.model.readers.nastran_deck import BulkData, bulk_lines, entries, integer, number, positive_integer
 from stickslip.model.readers.numbers import CUT_SHORT, refuse_cut

@@ -277,8 +277,6 @@ def repeated_runs(dataset: xr.Dataset, level: float | None = None) -> Index:
     return np.asarray(runs, dtype=np.int64)
 
 
-DECAY_HEIGHT = 2.9
-
 MODE_DASHES: tuple[Dash, ...] = ("dash", "dot", "dashdot")
 """Of nonlinear modes."""
 
@@ -302,11 +300,9 @@ def decay(dataset: xr.Dataset) -> Chart:
         for k, each in enumerate(names)
     ]
     panels = [
-        Panel(Axis("time", "ms"), Axis("displacement", unit.name), motion, "Outputs", DECAY_HEIGHT),
-        Panel(Axis("amplitude", unit.name), Axis("frequency", "Hz"), lines("frequency", 1.0), "Half cycles", DECAY_HEIGHT),
-        Panel(
-            Axis("amplitude", unit.name), Axis("damping ratio", "%"), lines("damping_ratio", 100.0), "Half cycles", DECAY_HEIGHT
-        ),
+        Panel(Axis("time", "ms"), Axis("displacement", unit.name), motion, "Outputs", HEIGHT),
+        Panel(Axis("amplitude", unit.name), Axis("frequency", "Hz"), lines("frequency", 1.0), "Half cycles", HEIGHT),
+        Panel(Axis("amplitude", unit.name), Axis("damping ratio", "%"), lines("damping_ratio", 100.0), "Half cycles", HEIGHT),
     ]
     return Chart(f"{dataset.attrs['title']}: free decay", panels, columns=3)
 
@@ -345,8 +341,8 @@ def measured(dataset: xr.Dataset) -> Chart:
     signal = Line(1e3 * dataset["time"].values, dataset["signal"].values / own.metres, style, "measured")
     across = Axis("amplitude", unit.name)
     panels = [
-        Panel(Axis("time", "ms"), Axis(quantity, own.name), [signal], "Signal", DECAY_HEIGHT),
-        Panel(across, Axis("frequency", "Hz"), along("frequency", 1.0), "Windows", DECAY_HEIGHT),
-        Panel(across, Axis("damping ratio", "%"), along("damping_ratio", 100.0), "Windows", DECAY_HEIGHT),
+        Panel(Axis("time", "ms"), Axis(quantity, own.name), [signal], "Signal", HEIGHT),
+        Panel(across, Axis("frequency", "Hz"), along("frequency", 1.0), "Windows", HEIGHT),
+        Panel(across, Axis("damping ratio", "%"), along("damping_ratio", 100.0), "Windows", HEIGHT),
     ]
     return Chart(str(dataset.attrs["title"]), panels, columns=3)

@@ -54,8 +54,8 @@ REFUSED, POOR = 0.25, 0.06
 STILL = 1e-6
 """Friction work of a line, relative to the largest, below which it counts as never sliding."""
 
-LAG_ALLOWED = 5e-3
-"""Standard deviation [s] of a lag that is looked for in a fit without one."""
+LAG_PRIOR = 5e-3
+"""Standard deviation [s] of a lag that is looked for where `errors` do not state one."""
 
 STRAINED = 3.0
 """Gain error or zero found, in standard deviations stated for it, from which a scale, the geometry or the zero is doubted."""
@@ -175,7 +175,7 @@ def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
     computed = fit.predicted(theta)
     assert computed is not None
     fitted = bool(fit.errors.lag)
-    lag = (fit if fitted else fit.with_lag(LAG_ALLOWED)).chain(computed).lag
+    lag = (fit if fitted else fit.with_lag(LAG_PRIOR)).chain(computed).lag
     angle = 2.0 * np.pi * lag * max(case.frequency for case in fit.cases)
     if abs(angle) < SEEN or (fitted and abs(lag) < CERTAINTY * error):
         return ()
@@ -246,9 +246,6 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
         warnings.append("No rotation was measured: other parameters may fit equally well.")
     return tuple(warnings)
 
-
-LAG_PRIOR = 5e-3
-"""Standard deviation [s] of a lag that is looked for."""
 
 GRADUAL = 6e-3
 """Angle of the first harmonic [rad] by which forces lag or lead where contacts slip more gradually than the law that is fitted
