@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import compress, pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,8 +61,8 @@ the first stroke of a virgin contact leaves one half, wear and noise a few hundr
 TIMES_USUAL = 3.0
 """How many times the usual difference that is, too: of loops that are all open none is left out."""
 
-AT_END, FEWEST_AT_END = 0.05, 4
-"""Share of a cycle, and least number of samples, from which the force at its beginning or end is found."""
+AT_END, FEWEST_ON_LINE = 0.05, 4
+"""Share of a cycle, and least number of samples of a line, from which the force at its beginning or end is found."""
 
 TURN = 0.2
 """Part of the displacement's range by which it must turn back for a reversal: smaller motions are noise, or are dropped."""
@@ -75,8 +76,8 @@ FEW_CYCLES = 3
 WHOLE_STROKE = 0.9
 """Part of a stroke that the record must begin or end with for its passage to count: a virgin contact may begin there."""
 
-ABOUT, FEWEST_ON_LINE = 0.2, 4
-"""Part of a stroke on either side of its middle through which a line gives the passage, and fewest samples of it."""
+ABOUT = 0.2
+"""Part of a stroke on either side of its middle through which a line gives the passage."""
 
 
 QUIET = 8.0
@@ -311,7 +312,7 @@ def _cut(record: ContactRecord, span: Array, harmonics: int, number: int = 1) ->
 
 def _at_ends(phase: Array, force: Array) -> tuple[float, float]:
     """The force at the beginning and at the end of a cycle, by straight lines through the samples beside them."""
-    count = max(round(AT_END * force.size), FEWEST_AT_END)
+    count = max(round(AT_END * force.size), FEWEST_ON_LINE)
     begin, end = (
         np.polyfit(phase[part] - at, force[part], 1)[1] for part, at in ((slice(count), 0.0), (slice(-count, None), 1.0))
     )
@@ -335,16 +336,9 @@ def _closed(cuts: Sequence[_Cut]) -> tuple[list[_Cut], list[str]]:
             if not whole
         ]
         if any(closes):
-            kept.append(
-                replace(
-                    cut,
-                    cycles=list(compress(cut.cycles, closes)),
-                    numbers=list(compress(cut.numbers, closes)),
-                    periods=list(compress(cut.periods, closes)),
-                    residuals=list(compress(cut.residuals, closes)),
-                    ends=list(compress(cut.ends, closes)),
-                )
-            )
+            each = ("cycles", "numbers", "periods", "residuals", "ends")
+            parts: dict[str, Any] = {key: list(compress(getattr(cut, key), closes)) for key in each}
+            kept.append(replace(cut, **parts))
     why = "its force does not close" if len(left) == 1 else "their force does not close"
     return kept, [f"Left out: {first_of(left)}; {why}, as in the first stroke of a virgin contact."]
 

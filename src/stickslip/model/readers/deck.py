@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.numbers import refuse_utf_16, within_memory
+from stickslip.model.readers.numbers import DIGITS, refuse_utf_16, within_memory
 from stickslip.model.structure.matrices import Point
 from stickslip.model.structure.mesh_surface import CORNERS, Cells
 from stickslip.support.checks import Array, Index, counted, fault, first_of, similar_file
@@ -228,9 +228,6 @@ SOLIDS = {"tetrahedron": (4, 10), "pyramid": (5, 13), "wedge": (6, 15), "hexahed
 PLATES = {"triangle": (3, 6), "quadrilateral": (4, 8, 9)}
 """Kinds of cells by the number of nodes of their elements, linear and quadratic; corners come first."""
 
-LONGEST = 18
-"""Digits of a number of a node, which a machine's integer holds."""
-
 MOST_GENERATED = 1_000_000
 """Members of a generated set of nodes: more is a slip of the deck."""
 MOST_MADE = 2_000_000
@@ -264,7 +261,7 @@ class FoundCells:
     def add(self, kind: str, nodes: Sequence[str]) -> None:
         """One element by its nodes, of which the corners are kept."""
         corners = nodes[: CORNERS[kind]]
-        if len(corners) == CORNERS[kind] and all(word.isdecimal() and len(word) < LONGEST for word in corners):
+        if len(corners) == CORNERS[kind] and all(word.isdecimal() and len(word) < DIGITS for word in corners):
             self.corners.setdefault(kind, []).append(tuple(map(int, corners)))
         else:
             self.lost += 1

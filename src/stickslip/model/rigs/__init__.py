@@ -23,27 +23,6 @@ from stickslip.model.rigs.octopus_blisk import octopus_blisk
 from stickslip.model.rigs.single_blade import single_blade, single_blade_stress, two_semi_cylinders
 from stickslip.model.structure.stress import StressRecovery
 
-RIGS: dict[str, Callable[..., Problem]] = {
-    rig.__name__: rig
-    for rig in (
-        single_blade,
-        two_semi_cylinders,
-        single_mass,
-        chain,
-        chain_varying_load,
-        chain_of_three,
-        three_mass_wedge,
-        lumped_blisk,
-        octopus_blisk,
-        blade_and_wedge,
-        jointed_mode,
-        blade_root,
-        ring_damper,
-        shrouded_blades,
-        strip_damper,
-    )
-}
-
 STRESS: dict[str, Callable[..., StressRecovery]] = {"single_blade": single_blade_stress}
 
 __all__ = [
@@ -67,3 +46,6 @@ __all__ = [
     "three_mass_wedge",
     "two_semi_cylinders",
 ]
+
+NO_PROBLEMS = ("RIGS", "STRESS", "laboratory_damper", "single_blade_stress")
+RIGS: dict[str, Callable[..., Problem]] = {name: globals()[name] for name in __all__ if name not in NO_PROBLEMS}

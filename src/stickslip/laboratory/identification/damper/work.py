@@ -30,12 +30,12 @@ from stickslip.laboratory.identification.damper.fit import (
 )
 from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD, parameters, usual_unknowns
 from stickslip.laboratory.identification.damper.result import (
-    CERTAINTY,
     Identification,
     identification_dataset,
     misfits,
     with_slip,
 )
+from stickslip.laboratory.identification.least_squares import CERTAINTY, CLOSE
 from stickslip.laboratory.measurement.cycles import CycleSet, LoadRemoval, synthesis, whole_cycles, zeroed
 from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record
@@ -250,9 +250,6 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
 GRADUAL = 6e-3
 """Angle of the first harmonic [rad] by which forces lag or lead where contacts slip more gradually than the law that is fitted
 (0.2 ms at 5 Hz; up to half of it was measured): a lag is fitted from there on."""
-
-CLOSE = 1.1
-"""A simpler law is kept while its error on loops held out is below this times the smallest."""
 
 
 def _laws(name: str, law: Any) -> tuple[str, ...]:
