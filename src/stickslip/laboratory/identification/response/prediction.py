@@ -453,7 +453,7 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
         "measured_from": low,
         "measured_to": high,
         "point_error": float(np.median(work.data["point_error"].values)),
-        "point_noise": float(np.median(work.data["point_noise"].values)),
+        "point_noise": float(np.median(work.data.get("point_noise", work.data["point_error"]).values)),
         "cpu_seconds": sum(float(one["cpu_seconds"]) for one in results),
     }
     return xr.Dataset(data, coords, attributes)

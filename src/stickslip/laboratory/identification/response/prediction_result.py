@@ -103,7 +103,7 @@ def compared(dataset: xr.Dataset, tests: Sequence[MeasuredResponse]) -> xr.Datas
         )
         points[:, t, : f.size] = f, size, low, middle, high
         peaks[t, 0] = measured_peak(f, size)
-        noisy = with_noise(rows, float(dataset.attrs["point_noise"]))
+        noisy = with_noise(rows, float(dataset.attrs.get("point_noise", error)))  # earlier versions kept the error alone
         drawn = np.array([[measured_peak(f, row) for row in each] for each in noisy])
         peaks[t, 1:] = interval(drawn[0], axis=0)
         peaks[t, 2], digits[t] = np.transpose([steady_median(drawn[:, :, j]) for j in range(3)])
@@ -244,7 +244,7 @@ def summary(dataset: xr.Dataset) -> list[str]:
 
 def unexplained(attrs: Mapping[str, Any]) -> list[str]:
     """A sentence where the identification has not explained its tests."""
-    worst = float(attrs["worst_misfit"])
+    worst = float(attrs.get("worst_misfit", 0.0))  # earlier versions did not keep it
     if worst < POOR:
         return []
     return [
@@ -255,7 +255,7 @@ def unexplained(attrs: Mapping[str, Any]) -> list[str]:
 
 def what_was_free(attrs: Mapping[str, Any]) -> str:
     """The parameters that the identification found, as a sentence."""
-    line = str(attrs["free_over_level"]).split(", ")
+    line = str(attrs.get("free_over_level", "")).split(", ")  # earlier versions knew none
     each = [f"{name} (along a line over the levels)" if name in line else name for name in attrs["free_of_each_test"].split(", ")]
     own = f"; separately for each test: {', '.join(each)}" if attrs["free_of_each_test"] else ""
     return f"Free: {attrs['free'] or 'nothing'}{own}."
@@ -322,7 +322,8 @@ def _compared_lines(dataset: xr.Dataset) -> list[str]:
             measured, predicted, low, high = (float(dataset[f"{end}_{key}"].values[t]) for end in ("measured", *PREDICTED))
             if np.isfinite(measured) and np.isfinite(predicted):
                 where = "inside" if low <= measured <= high else "outside"
-                deviation = float(dataset[f"predicted_{key}_deviation"].values[t])
+                known = dataset.get(f"predicted_{key}_deviation")  # earlier versions did not keep it, nor the gain
+                deviation = 0.0 if known is None else float(known.values[t])
                 words.append(f"{what} {_error_text(predicted, measured, deviation)} ({where})")
         share = 100.0 * float(dataset["inside"].values[t])
         said = f"predicted against measured {', '.join(words)}" if words else "its points in the band show no peak"
@@ -345,7 +346,7 @@ def _error_text(predicted: float, measured: float, deviation: float) -> str:
 
 def _mistake(dataset: xr.Dataset, t: int) -> str:
     """A sentence where the gain of a test is that of a known mistake and explains its points; empty where none is seen."""
-    gain = float(dataset["gain"].values[t])
+    gain = float(dataset["gain"].values[t]) if "gain" in dataset else np.nan
     if not np.isfinite(gain) or float(dataset["inside"].values[t]) > 0.5:
         return ""
     words, sure = named_gain(gain)
