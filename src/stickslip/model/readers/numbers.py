@@ -141,11 +141,6 @@ def integer(word: str) -> int:
     return int(word)
 
 
-def numbers_in(text: str) -> Array:
-    """The numbers of a text, split by blanks or commas."""
-    return number_lines("a matrix", b"\n".join(text.encode("ascii", "replace").replace(b",", b" ").split())).ravel()
-
-
 def fixed_words(what: str, lines: Sequence[bytes], count: int, layout: tuple[int, int], *, real: bool = True) -> list[bytes]:
     """`count` numbers, each as a word, from fields of one width, between which there need be no blanks.
 

@@ -72,13 +72,6 @@ def sample_cycles(dataset: xr.Dataset, level: float, summed: bool = False) -> Cy
     return cycles.summed() if summed else cycles
 
 
-def run_cycles(dataset: xr.Dataset, runs: Index, summed: bool = False) -> Cycles:
-    """Some runs of a history, each at its largest point."""
-    rows = tuple(str(name) for name in dataset["row"].values)
-    cycles = Cycles(rows, dataset["largest_contact_motion"].values[runs], dataset["largest_contact_force"].values[runs])
-    return cycles.summed() if summed else cycles
-
-
 def _surface(row: str) -> str:
     """The row without the number of its point."""
     contact, _, direction = row.rpartition(" ")
@@ -252,14 +245,16 @@ def before_and_after(dataset: xr.Dataset, level: float | None = None, summed: bo
     level: the one repeated level at which the mean forces change most, unless given; summed: over the points of a surface.
     """
     runs = repeated_runs(dataset, level)
-    cycles = run_cycles(dataset, runs, summed)
+    names = tuple(str(name) for name in dataset["row"].values)
+    cycles = Cycles(names, *(dataset[f"largest_contact_{what}"].values[runs] for what in ("motion", "force")))
+    cycles = cycles.summed() if summed else cycles
     change = np.ptp(cycles.force.mean(axis=-1), axis=0)
     rows = sorted(np.argsort(-change, kind="stable")[:MOST_ROWS].tolist())
     hertz = dataset["largest_frequency"].values[runs, 0]
-    names = [f"run {run + 1}, {at:.1f} Hz" for run, at in zip(runs, hertz, strict=True)]
+    labels = [f"run {run + 1}, {at:.1f} Hz" for run, at in zip(runs, hertz, strict=True)]
     panels = []
     for row in rows:
-        lines = [Line(cycles.phase, cycles.force[k, row], **look) for k, look in enumerate(level_lines(names))]
+        lines = [Line(cycles.phase, cycles.force[k, row], **look) for k, look in enumerate(level_lines(labels))]
         panels.append(Panel(PERIOD, Axis("contact force", "N"), lines, cycles.rows[row], 1.7))
     level = float(dataset["force_level"].values[runs[0]])
     return Chart(f"One force, {level:g}, before and after others: {dataset.attrs['title']}", panels, columns=2)
