@@ -24,7 +24,6 @@ _RENAMED = {
     "MistunedDisks": "MistunedPopulation",
     "WhatMatters": "SensitivityIndices",
     "design_damper": "damper_design",
-    "identify_law": "contact_law",
     "what_matters": "sensitivity_indices",
 }
 """Old public names, which still work for one release, with a DeprecationWarning."""
