@@ -18,8 +18,8 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.free_decay import free_decay
 from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.model.rigs import blade_and_wedge, three_mass_wedge
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.model.structure.solid import Solid, box_mesh, solid
 from stickslip.support.checks import Array
 from stickslip.support.files import write_arrays, write_text

@@ -21,7 +21,7 @@ from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.support.checks import InputError
 from verify.row import Row, at_most
 from verify.synthetic_records import synthetic_record, true_cycle

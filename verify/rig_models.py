@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade
-from stickslip.model.rigs.platform_blade import PlatformBlade
-from stickslip.model.rigs.single_blade import damper_shape, placed_dampers
+from stickslip.model.rigs.single_blade import PlatformBlade, damper_shape, placed_dampers
 from stickslip.model.structure.assembly import Spring, assemble, prefixed
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rigid_body import Motion, RigidBody, box_inertia

@@ -12,8 +12,7 @@ from stickslip.analyses.variability.samples import response_samples
 from stickslip.model.dampers.cylinder import FlatCylinder
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade
-from stickslip.model.rigs.platform_blade import PlatformBlade, reduced_blade
-from stickslip.model.rigs.single_blade import pads, placed_dampers
+from stickslip.model.rigs.single_blade import PlatformBlade, pads, placed_dampers, reduced_blade
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import hertz
 from verify.row import INDEPENDENT, PAGE, Row, absolute, at_most, relative

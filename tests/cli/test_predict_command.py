@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.cli.predict import of_decay
+from stickslip.cli.identification import of_decay
 from stickslip.study.reading import units_of
 from stickslip.support import console
 

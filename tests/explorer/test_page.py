@@ -1,12 +1,13 @@
 """The page as the server gives it: under its token and the names of this computer alone; without Dash a fault with the remedy."""
 
-import builtins
+import sys
 import time
 
 import pytest
 
+from stickslip.cli import main
 from stickslip.show.explorer.page import prepared
-from stickslip.support.checks import InputError
+from stickslip.support.console import WRONG_INPUT
 
 STUDY = """
 [study]
@@ -112,14 +113,10 @@ def test_the_first_curve_is_that_of_the_output_shown_and_an_unknown_one_is_refus
     assert "output must be one of the study, but is 'none.x'" in unknown["message"]
 
 
-def test_without_dash_the_fault_names_the_extra(study, monkeypatch):
-    genuine = builtins.__import__
-
-    def absent(name, *more):
-        if name == "dash":
-            raise ImportError(name)
-        return genuine(name, *more)
-
-    monkeypatch.setattr(builtins, "__import__", absent)
-    with pytest.raises(InputError, match=r"pip install 'stickslip\[explore\]'"):
-        prepared(study, "token")
+def test_without_dash_the_fault_names_the_extra(study, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "dash", None)
+    monkeypatch.delitem(sys.modules, "stickslip.show.explorer.page")
+    with pytest.raises(SystemExit) as ended:
+        main(["explore", str(study)])
+    assert ended.value.code == WRONG_INPUT
+    assert "pip install 'stickslip[explore]'" in capsys.readouterr().err

@@ -26,7 +26,7 @@ from stickslip.laboratory.measurement.records import Record
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.dampers import Cylinder, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion, in_phase, out_of_phase
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.show.report.identification import PRESENTATION
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
 from stickslip.solve.platforms.relaxation import carry, elements_of, marched_cycle, relaxed_cycle, stuck_stiffness

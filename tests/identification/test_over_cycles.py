@@ -7,7 +7,7 @@ from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.cycles import CycleSet, whole_cycles
 from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.support.checks import InputError
 from verify.synthetic_records import synthetic_record, true_cycle
 

@@ -8,7 +8,7 @@ from stickslip.laboratory.measurement.cycles import whole_cycles
 from stickslip.laboratory.measurement.reconstruction import damper_motion, reconstruct, reconstructed
 from stickslip.laboratory.measurement.records import Record, read_record
 from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.support.checks import InputError
 from verify.synthetic_records import synthetic_record, true_cycle, write_record
 

@@ -6,8 +6,7 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.model.rigs.platform_blade import PlatformBlade
-from stickslip.model.rigs.single_blade import damper_shape, pads, placed_dampers
+from stickslip.model.rigs.single_blade import PlatformBlade, damper_shape, pads, placed_dampers
 from stickslip.model.structure.mesh_surface import MeshSurface
 from stickslip.show.plots.model_view import MOST_POINTS, model_view
 from stickslip.study.templates import write_new

@@ -78,7 +78,7 @@ def test_few_bytes_cannot_include_many(tmp_path):
 
 
 def test_the_processor_time_of_a_deck_is_limited(tmp_path, monkeypatch):
-    monkeypatch.setattr("stickslip.model.readers.included_files.SECONDS", -1.0)
+    monkeypatch.setattr("stickslip.model.readers.deck.SECONDS", -1.0)
     with pytest.raises(InputError, match=r"must be read within .* s of processor time, but is 'at a\.inp, line 1 by then'"):
         deck(tmp_path, NODES)
 

@@ -9,8 +9,7 @@ from wrench import wrench
 from stickslip.model import rigs
 from stickslip.model.contact.point import TractionRatio
 from stickslip.model.dampers.cylinder import FlatCylinder
-from stickslip.model.rigs.platform_blade import PlatformBlade, reduced_blade
-from stickslip.model.rigs.single_blade import PUBLISHED, pads, placed_dampers
+from stickslip.model.rigs.single_blade import PUBLISHED, PlatformBlade, pads, placed_dampers, reduced_blade
 from stickslip.support.checks import InputError
 
 DAMPERS = placed_dampers(PlatformBlade(), FlatCylinder(), 4.6 * 9.81)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.model.rigs.platform_blade import PlatformBlade
+from stickslip.model.rigs.single_blade import PlatformBlade
 from stickslip.model.structure.mesh_surface import (
     MeshSurface,
     boundary,

@@ -8,8 +8,7 @@ from structure.cantilever import PLACES, cantilever, cantilever_rig, cantilever_
 import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.dampers.cylinder import FlatCylinder
-from stickslip.model.rigs.platform_blade import PlatformBlade
-from stickslip.model.rigs.single_blade import pads, placed_dampers
+from stickslip.model.rigs.single_blade import PlatformBlade, pads, placed_dampers
 from stickslip.model.structure.solid import STEEL, box_mesh, solid
 from stickslip.model.structure.stress import stress_recovery, stress_rows, von_mises
 from stickslip.support.checks import InputError

@@ -2,8 +2,7 @@
 
 from stickslip.cli.app import app, main
 from stickslip.cli.compile_kernels import compile_kernels
-from stickslip.cli.identification import contact_law, contact_stiffness, decay, identify_response
-from stickslip.cli.predict import predict
+from stickslip.cli.identification import contact_law, contact_stiffness, decay, identify_response, predict
 from stickslip.cli.results import explore, export, peaks, plot, report
 from stickslip.cli.studies import check, demo, identify, info, new, run
 

@@ -16,9 +16,9 @@ import typer
 from typer import Argument, Option
 
 from stickslip.cli.app import Text, Texts, guarded, results_in, writable_folder
-from stickslip.support.checks import fault, nearest
+from stickslip.support.checks import InputError, fault, nearest
 from stickslip.support.console import say
-from stickslip.support.files import WrittenFiles, only_own_files, refuse_obstacle
+from stickslip.support.files import WrittenFiles, only_own_files, refuse_obstacle, write_text
 from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
@@ -236,7 +236,6 @@ def export(
     from stickslip.results.quantities import other_peaks, peak_table, quantity_table
     from stickslip.results.schema import shown_table
     from stickslip.show.report.markup import presentation_of
-    from stickslip.support.files import write_text
 
     if out.suffix not in (".csv", ".mat", ".vtu"):
         raise fault("--out", "must end in .csv, .mat or .vtu", str(out))
@@ -401,6 +400,9 @@ def explore(
     browser: Annotated[bool, Option(help="Open the page in the browser.")] = True,
 ) -> None:
     """Change a study with sliders on a local page and watch its response. Needs `pip install 'stickslip[explore]'`."""
-    from stickslip.show.explorer.page import explore as serve
-
+    try:
+        from stickslip.show.explorer.page import explore as serve
+    except ModuleNotFoundError:
+        remedy = "`pip install 'stickslip[explore]'` installs it."
+        raise InputError(f"The explorer needs Dash, which is not installed. {remedy}") from None
     serve(study, port, browser)

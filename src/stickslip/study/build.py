@@ -21,8 +21,8 @@ from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.load_steps import OF_CONTACTS, LoadStep
-from stickslip.model.readers.deck import LONGEST
 from stickslip.model.readers.model import levers
+from stickslip.model.readers.numbers import DIGITS
 from stickslip.model.readers.stress_places import SAME_SPEED
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.centrifugal import RotationAxis
@@ -300,8 +300,8 @@ def _factors(table: ExcitationTable) -> dict[int, complex]:
     for order in table.orders or {}:
         if not order.isdecimal():
             raise fault("orders, an engine order", "must be a whole number", order)
-        if len(order) > LONGEST:
-            raise fault("orders, an engine order", f"must have at most {LONGEST} digits", f"{order[:LONGEST]}...")
+        if len(order) > DIGITS:
+            raise fault("orders, an engine order", f"must have at most {DIGITS} digits", f"{order[:DIGITS]}...")
     return {int(order): complex_amplitude(factor) for order, factor in (table.orders or {}).items()}
 
 

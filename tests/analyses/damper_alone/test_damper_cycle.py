@@ -18,7 +18,7 @@ from stickslip.model.contact.iwan import Iwan, Parabolic
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.dampers import SHAPES, ThreePoint
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, elliptic, in_phase, measured, out_of_phase
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
 from stickslip.solve.time.period import GeneralisedAlpha, Newmark
 from stickslip.support.checks import InputError

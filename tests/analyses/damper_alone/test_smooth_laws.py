@@ -13,7 +13,7 @@ from stickslip.model.contact.lugre import LuGre
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.model.contact.valanis import Valanis
 from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.solve.platforms.relaxation import elements_of
 from stickslip.solve.time.period import GeneralisedAlpha
 from stickslip.support.checks import InputError

@@ -8,7 +8,7 @@ import pytest
 from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution, steady_cycles
 from stickslip.model.dampers import Cylinder, ThreePoint, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, measured, out_of_phase
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.support.checks import InputError
 
 RIG, MOTION = laboratory_damper(), out_of_phase(30e-6)

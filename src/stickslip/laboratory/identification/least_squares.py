@@ -7,9 +7,16 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from scipy import special
 from scipy.optimize import least_squares
 
 from stickslip.support.checks import Array, Index, fault, finite, positive, truth
+
+CERTAINTY = float(special.ndtri(0.975))
+"""Half width of a 95 % interval of a normal distribution, in standard errors: 1.96."""
+
+CLOSE = 1.1
+"""A simpler law is kept while its error on what was held out is below this times the smallest."""
 
 INSIDE = 1e-9
 """Share of the distance of its bounds by which a variable begins inside them."""

@@ -8,12 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import compress, pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.laboratory.measurement.contact_record import ContactRecord
 from stickslip.laboratory.measurement.cycles import analysis, columns_at, delayed, fitted_cycle, synthesis
+from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import Array, Index, between, counted, fault, first_of, rounded
 
 HARMONICS = (30, 60, 120, 240)
@@ -59,8 +61,8 @@ the first stroke of a virgin contact leaves one half, wear and noise a few hundr
 TIMES_USUAL = 3.0
 """How many times the usual difference that is, too: of loops that are all open none is left out."""
 
-AT_END, FEWEST_AT_END = 0.05, 4
-"""Share of a cycle, and least number of samples, from which the force at its beginning or end is found."""
+AT_END, FEWEST_ON_LINE = 0.05, 4
+"""Share of a cycle, and least number of samples of a line, from which the force at its beginning or end is found."""
 
 TURN = 0.2
 """Part of the displacement's range by which it must turn back for a reversal: smaller motions are noise, or are dropped."""
@@ -74,8 +76,8 @@ FEW_CYCLES = 3
 WHOLE_STROKE = 0.9
 """Part of a stroke that the record must begin or end with for its passage to count: a virgin contact may begin there."""
 
-ABOUT, FEWEST_ON_LINE = 0.2, 4
-"""Part of a stroke on either side of its middle through which a line gives the passage, and fewest samples of it."""
+ABOUT = 0.2
+"""Part of a stroke on either side of its middle through which a line gives the passage."""
 
 
 QUIET = 8.0
@@ -115,7 +117,7 @@ class ContactCycles:
     @property
     def energy(self) -> Array:
         """Energy dissipated in each cycle, (cycles,) [J]: the area of its loop, π Σ k (a_F b_u − b_F a_u)."""
-        return loop_area(self.displacement, self.force)
+        return cycle_work(self.force, self.displacement)
 
     @property
     def summary(self) -> str:
@@ -130,13 +132,6 @@ def _range(values: Array) -> str:
     if values.max() < 1.05 * values.min():
         return f"{np.median(values):.4g}"
     return f"{values.min():.4g} to {values.max():.4g}"
-
-
-def loop_area(displacement: Array, force: Array) -> Array:
-    """∮ F du from harmonics (..., 2H+1)."""
-    order = np.arange(1, (displacement.shape[-1] + 1) // 2)
-    across = force[..., 1::2] * displacement[..., 2::2] - force[..., 2::2] * displacement[..., 1::2]
-    return np.asarray(np.pi * np.sum(order * across, axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -317,7 +312,7 @@ def _cut(record: ContactRecord, span: Array, harmonics: int, number: int = 1) ->
 
 def _at_ends(phase: Array, force: Array) -> tuple[float, float]:
     """The force at the beginning and at the end of a cycle, by straight lines through the samples beside them."""
-    count = max(round(AT_END * force.size), FEWEST_AT_END)
+    count = max(round(AT_END * force.size), FEWEST_ON_LINE)
     begin, end = (
         np.polyfit(phase[part] - at, force[part], 1)[1] for part, at in ((slice(count), 0.0), (slice(-count, None), 1.0))
     )
@@ -341,16 +336,9 @@ def _closed(cuts: Sequence[_Cut]) -> tuple[list[_Cut], list[str]]:
             if not whole
         ]
         if any(closes):
-            kept.append(
-                replace(
-                    cut,
-                    cycles=list(compress(cut.cycles, closes)),
-                    numbers=list(compress(cut.numbers, closes)),
-                    periods=list(compress(cut.periods, closes)),
-                    residuals=list(compress(cut.residuals, closes)),
-                    ends=list(compress(cut.ends, closes)),
-                )
-            )
+            each = ("cycles", "numbers", "periods", "residuals", "ends")
+            parts: dict[str, Any] = {key: list(compress(getattr(cut, key), closes)) for key in each}
+            kept.append(replace(cut, **parts))
     why = "its force does not close" if len(left) == 1 else "their force does not close"
     return kept, [f"Left out: {first_of(left)}; {why}, as in the first stroke of a virgin contact."]
 
@@ -429,7 +417,7 @@ def _small(value: float, unit: str) -> str:
 
 def _turned(u: Array, force: Array) -> bool:
     """Whether the force has the sign with which friction gives energy; in loops without area, with which it falls."""
-    area = float(np.sum(loop_area(u, force)))
+    area = float(np.sum(cycle_work(force, u)))
     size = float(np.sum(np.ptp(u @ synthesis(120, (u.shape[1] - 1) // 2).T, axis=1) * np.sqrt(np.sum(force**2, axis=1))))
     return area < 0.0 if abs(area) > 0.02 * size else float(np.sum(u * force)) < 0.0
 

@@ -255,7 +255,7 @@ def _fitted(record: Record, start: int, count: int, rates: Array, shape: Shape) 
         return None
     if drifting and rates[1, 0] * s[-1] > 1.0 and drift[1] > 0.25 * rates[1, 0] ** 2:
         return None
-    size, maps = float(np.hypot(a[0, 0], b[0, 0])), _maps(J, weight)
+    size, maps = float(np.hypot(a[0, 0], b[0, 0])), _least_squares(J, weight)
     if maps is None or size == 0.0:
         return None
     # The displacement is A/ω^order, and ω changes by 2ν in a unit of time.
@@ -268,26 +268,16 @@ def _fitted(record: Record, start: int, count: int, rates: Array, shape: Shape) 
     return Window(start, middle, size, rates[0, 0], delta, bend, fall, second, own, moving[0], both, np.zeros(3))
 
 
-def _least_squares(rows: Array, weight: Array, x: Array) -> Array | None:
-    """Coefficients of functions (m, n) with the least weighted squares; None where they are not independent."""
+def _least_squares(rows: Array, weight: Array, x: Array | None = None) -> Array | None:
+    """Coefficients (m,) of functions (m, n) with the least weighted squares of samples x (n,); without samples the linear maps
+    (m, n) from them to the coefficients. None where the functions are not independent."""
     lengths = np.linalg.norm(rows, axis=1)
     if not np.all(lengths > 0.0):
         return None
     unit = rows / lengths[:, None]
     weighted = unit * weight
     try:
-        return np.asarray(np.linalg.solve(weighted @ unit.T, weighted @ x) / lengths)
-    except np.linalg.LinAlgError:
-        return None
-
-
-def _maps(rows: Array, weight: Array) -> Array | None:
-    """The linear maps (m, n) from samples to these coefficients."""
-    lengths = np.linalg.norm(rows, axis=1)
-    unit = rows / lengths[:, None]
-    weighted = unit * weight
-    try:
-        return np.asarray(np.linalg.solve(weighted @ unit.T, weighted) / lengths[:, None])
+        return np.asarray((np.linalg.solve(weighted @ unit.T, weighted if x is None else weighted @ x).T / lengths).T)
     except np.linalg.LinAlgError:
         return None
 

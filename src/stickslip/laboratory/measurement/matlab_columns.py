@@ -5,11 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, bare, response_unit, stated_unit
+from stickslip.laboratory.measurement.number_table import FEWEST_ROWS, UNITS, NumberTable, bare, response_unit, stated_unit
 from stickslip.support.checks import fault, first_of, nearest
 
-FEWEST = 3
-"""Values of a vector that may be a curve."""
 COLUMN = "(:,"
 TIMES = tuple(unit for unit, (kind, _) in UNITS.items() if kind == "s")
 AXIS = ("start_value", "increment", "number_of_values")
@@ -69,7 +67,7 @@ def _vectors(arrays: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
         if values.dtype.kind not in "fiubc" or values.ndim != 2:
             continue
         values = values.T if values.shape[0] < values.shape[1] else values
-        if values.shape[0] < FEWEST:
+        if values.shape[0] < FEWEST_ROWS:
             continue
         sizes.add(values.shape[0])
         for k in range(values.shape[1]):

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.model.readers.matlab import OBJECT_NAMES, arrays_of_several
-from stickslip.model.readers.numbers import number_of
+from stickslip.model.readers.numbers import DIGITS, number_of
 from stickslip.support.checks import Array, InputError, counted, fault, first_of, nearest
 
 DEGREE = np.pi / 180.0
@@ -135,26 +135,18 @@ UNITS: dict[str, tuple[str, float]] = {
     "µs": ("s", 1e-6),
     "min": ("s", 60.0),
     **{length: ("m", factor) for length, factor in LENGTHS.items()},
-    "N": ("N", 1.0),
-    "mN": ("N", 1e-3),
-    "uN": ("N", 1e-6),
-    "µN": ("N", 1e-6),
-    "μN": ("N", 1e-6),
-    "kN": ("N", 1e3),
-    "daN": ("N", 10.0),
-    "lbf": ("N", POUND),
-    "kgf": ("N", GRAVITY),
+    **{f"{prefix}N": ("N", factor) for prefix, factor in (("", 1.0), ("k", 1e3), ("da", 10.0), ("m", 1e-3))},
+    **{f"{micro}N": ("N", 1e-6) for micro in "uµμ"},
+    **{force: ("N", FORCES[force]) for force in ("lbf", "kgf")},
     "rad": ("rad", 1.0),
     "mrad": ("rad", 1e-3),
-    "deg": ("rad", np.pi / 180.0),
+    "deg": ("rad", DEGREE),
 }
 """Units of columns: the SI unit that each stands for, and the factor to it."""
 
 SEPARATORS = ("\t", ";", ",", None)
 """None stands for blanks. The comma comes last but one: before it, it may be a decimal comma."""
 
-LONGEST = 18
-"""Digits of a number that a machine's integer holds."""
 COMMENT = "#%!"
 STAMP = re.compile(
     r"(?:\d{1,4}([-/.])\d{1,2}\1\d{1,4}(?:[ T]|$))?(?:\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?(?: ?[AP]M|Z)?)?(?<=.)", re.ASCII
@@ -166,6 +158,8 @@ BEHIND = re.compile(r"(?<=[\s;,])#.*")
 """A comment behind the numbers of a row."""
 FAULTY_CELL = re.compile(r"#(?:N/A|REF!|VALUE!|DIV/0!|NUM!|NAME\?|NULL!)")
 """What spreadsheets write into a cell without a value, which is no comment."""
+FEWEST_ROWS = 3
+"""Rows of a curve."""
 FEWEST_ALIKE = 10
 """Rows from which a column of as many decimals is no chance."""
 MISREAD = re.compile(r"(?=.*[\d.])[\d.,+\-eEOolISB]+")
@@ -437,7 +431,7 @@ def place_of(which: str | int) -> int | None:
     if isinstance(which, int):
         return which
     text = which.strip()
-    return None if not text.isdecimal() else int(text) if len(text) < LONGEST else 10**LONGEST
+    return None if not text.isdecimal() else int(text) if len(text) < DIGITS else 10**DIGITS
 
 
 def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from stickslip.laboratory.measurement.cycles import CycleSet, synthesis
+from stickslip.laboratory.measurement.cycles import CALIBRATION, CycleSet, synthesis
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.results.schema import named
 from stickslip.support.checks import Array, not_negative, positive
@@ -47,7 +47,7 @@ class RigErrors:
     zero_x: float | None = None
     zero_y: float | None = None
     lag: float | None = None
-    calibration: float = 0.04
+    calibration: float = CALIBRATION
 
     def __post_init__(self) -> None:
         for field in fields(self):

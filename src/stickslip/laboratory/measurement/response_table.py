@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stickslip.laboratory.measurement.matlab_columns import response_columns
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.laboratory.measurement.number_table import (
+    FEWEST_ROWS,
     MOTIONS,
     RESPONSE_UNITS,
     FileUnit,
@@ -58,9 +59,6 @@ ANGULAR = ("omega", "ω", "angular")
 
 SEVERAL = ("curve", "test", "run", "sweep", "case")
 """Words of a column that numbers the curves of a file."""
-
-FEWEST_ROWS = 3
-"""Of a curve."""
 
 FUNCTION = re.compile(r"(h\d*|frf|tf|x|y)(\(.*\))?", re.IGNORECASE)
 """What stands in the brackets of Re(H), Im(H) and arg(H): no unit."""

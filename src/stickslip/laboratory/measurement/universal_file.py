@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.readers.numbers import CUT_SHORT, within_memory
+from stickslip.model.readers.numbers import CUT_SHORT, number_of, within_memory
 from stickslip.support.checks import Array, InputError, fault
 
 ENDINGS = (".uff", ".unv", ".uf", ".unf")
@@ -27,9 +27,7 @@ HEADER = 11
 NODES = (15, 2411)
 """Data sets of coordinates."""
 
-NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd]?[+-]\d+|[EeDd]\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
-WITHOUT_LETTER = re.compile(r"(?<=[\d.])(?=[+-])")
-"""Where Fortran leaves the letter of an exponent of three digits out, 1.5-103."""
+NOT_FINITE = re.compile(r"[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
 
 SINGLE, DOUBLE = 13, 20
 """Columns of a value."""
@@ -263,10 +261,10 @@ def _integer(what: str, cell: str) -> int:
 
 
 def _float(what: str, cell: str) -> float:
-    if not NUMBER.fullmatch(cell):
+    value = float(cell) if NOT_FINITE.fullmatch(cell) else number_of(cell)
+    if value is None:
         raise fault(what, "must be a number in its columns", cell, DAMAGED)
-    text = cell.replace("D", "E").replace("d", "e")
-    return float(text if "e" in text.lower() else WITHOUT_LETTER.sub("E", text))
+    return value
 
 
 def _function(name: str, one: _DataSet, number: int, units: FileUnits | None) -> UniversalFunction:

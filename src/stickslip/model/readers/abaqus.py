@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.deck import Deck
-from stickslip.model.readers.included_files import Line
+from stickslip.model.readers.deck import Deck, Line
 from stickslip.model.readers.input_cards import cards, fields
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.model import Content, dof
-from stickslip.model.readers.numbers import numbers_in, refuse_cut, table, triplets, whole, within_file, within_memory
+from stickslip.model.readers.numbers import number_lines, refuse_cut, table, triplets, whole, within_file, within_memory
 from stickslip.model.structure.sparse import Sparse, both_triangles
 from stickslip.support.checks import Array, Index, counted, fault
 
@@ -131,7 +130,8 @@ def _directions(data: list[str], nodes: list[str]) -> tuple[str, ...]:
 
 def _packed(what: str, data: list[str], size: int) -> Array:
     """The symmetric matrix of its columns up to the diagonal, or a whole matrix column by column."""
-    values = numbers_in(" ".join(data))
+    words = " ".join(data).encode("ascii", "replace").replace(b",", b" ").split()
+    values = number_lines("a matrix", b"\n".join(words)).ravel()
     triangle = 2 * values.size == size * (size + 1)
     if not triangle and values.size != size * size:
         raise fault(what, f"must have {size * (size + 1) // 2} or {size * size} entries for {size} rows", values.size)

@@ -11,8 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from stickslip.model.readers.deck import CardList
-from stickslip.model.readers.included_files import Line
+from stickslip.model.readers.deck import CardList, Line
 from stickslip.model.readers.numbers import coordinate
 from stickslip.model.structure.solid import Material
 from stickslip.support.checks import InputError, fault, nearest

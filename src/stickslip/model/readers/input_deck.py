@@ -24,6 +24,7 @@ from stickslip.model.readers.deck import (
     Deck,
     FoundCells,
     Frame,
+    Lines,
     NodeAxes,
     Turning,
     between,
@@ -33,7 +34,6 @@ from stickslip.model.readers.deck import (
     turned_about,
     turning_points,
 )
-from stickslip.model.readers.included_files import Lines
 from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, cards, fields, included, label
 from stickslip.model.readers.model import given_twice, located_once
 from stickslip.model.readers.numbers import coordinate, integer

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -22,9 +22,6 @@ from stickslip.model.structure.mesh_surface import Cells, outer_faces, thinned, 
 from stickslip.model.structure.sparse import Sparse, square_sparse, symmetric_sparse
 from stickslip.support.checks import SMALLEST, Array, Faults, Index, InputError, counted, fault, finite, first_of, nearest
 from stickslip.support.units import UnitSystem
-
-if TYPE_CHECKING:
-    from stickslip.model.readers.input_cards import Solids
 
 SYNONYMS = {
     "M": ("M", "MAA", "MAAX", "MGG", "MXX", "MHH", "MASS"),

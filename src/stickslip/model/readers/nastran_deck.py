@@ -17,10 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.model.readers.deck import CardList, CardsMet, Deck, FoundCells, NodeAxes, radial
-from stickslip.model.readers.included_files import Line, Lines
+from stickslip.model.readers.deck import CardList, CardsMet, Deck, FoundCells, Line, Lines, NodeAxes, radial
 from stickslip.model.readers.model import dof, given_twice, located
-from stickslip.model.readers.numbers import number_of, refuse_utf_16, within_memory
+from stickslip.model.readers.numbers import integer, number_of, refuse_utf_16, within_memory
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import Array, InputError, fault
 
@@ -178,13 +177,6 @@ def _replicated(previous: list[str], pattern: list[str], line: Line) -> list[str
         else:
             made.append(old if word == "=" else word)
     return made
-
-
-def integer(word: str) -> int:
-    """A whole number; large fields hold up to 16 digits."""
-    if not re.fullmatch(r"[+-]?\d{1,16}", word):
-        raise fault("A field of an entry", "must be a whole number", word[:20])
-    return int(word)
 
 
 def positive_integer(word: str) -> int:

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.included_files import Line
+from stickslip.model.readers.deck import Line
 from stickslip.model.readers.model import Content, dof
-from stickslip.model.readers.nastran_deck import BulkData, bulk_lines, entries, integer, number, positive_integer
-from stickslip.model.readers.numbers import CUT_SHORT, refuse_cut
+from stickslip.model.readers.nastran_deck import BulkData, bulk_lines, entries, number, positive_integer
+from stickslip.model.readers.numbers import CUT_SHORT, integer, refuse_cut
 from stickslip.model.structure.sparse import both_triangles
 from stickslip.support.checks import counted, fault
 

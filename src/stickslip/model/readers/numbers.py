@@ -14,6 +14,8 @@ from scipy import sparse
 from stickslip.support import machine
 from stickslip.support.checks import Array, Index, fault
 
+DIGITS = 18
+"""Digits of a whole number that a machine's integer holds."""
 MOST_DEFLATED = 1100
 """No deflate stream unpacks to more than 1032 times its size."""
 CUT_SHORT = "The file was cut short: copy it again."
@@ -134,14 +136,9 @@ def coordinate(word: str) -> float:
 
 def integer(word: str) -> int:
     """The whole number of a field."""
-    if not re.fullmatch(r"[+-]?\d{1,18}", word.strip(), re.ASCII):
+    if not re.fullmatch(rf"[+-]?\d{{1,{DIGITS}}}", word.strip(), re.ASCII):
         raise fault("A field", "must be a whole number", word[:20])
     return int(word)
-
-
-def numbers_in(text: str) -> Array:
-    """The numbers of a text, split by blanks or commas."""
-    return number_lines("a matrix", b"\n".join(text.encode("ascii", "replace").replace(b",", b" ").split())).ravel()
 
 
 def fixed_words(what: str, lines: Sequence[bytes], count: int, layout: tuple[int, int], *, real: bool = True) -> list[bytes]:

@@ -19,7 +19,17 @@ from stickslip.model.readers import stress_places
 from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.model import ROTATIONS, Model
 from stickslip.model.readers.read import Paths, read_model
-from stickslip.model.readers.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, loads_of, quiet, to_cache
+from stickslip.model.readers.reduction import (
+    MODES,
+    Progress,
+    cache_folder,
+    from_cache,
+    kept_nodes,
+    kept_sets,
+    loads_of,
+    quiet,
+    to_cache,
+)
 from stickslip.model.readers.sector_faces import interpolation_error, paired
 from stickslip.model.structure.centrifugal import Z_AXIS, AxisLike, CentrifugalLoads, RotationAxis
 from stickslip.model.structure.complete_modes import ModeCount
@@ -40,8 +50,6 @@ from stickslip.model.structure.sparse import Sparse
 from stickslip.support.checks import Array, Index, InputError, between, counted, fault, first_of, nearest, not_negative
 from stickslip.support.units import UnitSystem, unit_system
 
-MODES = 30
-"""Fixed-interface modes of each nodal diameter, unless given."""
 SAME_MASS = 1e-6
 """Difference of two mass matrices, relative to their largest entry, that is rounding of printed numbers."""
 OTHER_SUPPORT = 100.0

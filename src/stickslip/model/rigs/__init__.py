@@ -5,9 +5,9 @@ Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
 
 from collections.abc import Callable
 
+from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.model.problem import Problem
 from stickslip.model.rigs.beams import blade_root, ring_damper, shrouded_blades
-from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.model.rigs.lumped import (
     blade_and_wedge,
     chain,
@@ -22,27 +22,6 @@ from stickslip.model.rigs.lumped import (
 from stickslip.model.rigs.octopus_blisk import octopus_blisk
 from stickslip.model.rigs.single_blade import single_blade, single_blade_stress, two_semi_cylinders
 from stickslip.model.structure.stress import StressRecovery
-
-RIGS: dict[str, Callable[..., Problem]] = {
-    rig.__name__: rig
-    for rig in (
-        single_blade,
-        two_semi_cylinders,
-        single_mass,
-        chain,
-        chain_varying_load,
-        chain_of_three,
-        three_mass_wedge,
-        lumped_blisk,
-        octopus_blisk,
-        blade_and_wedge,
-        jointed_mode,
-        blade_root,
-        ring_damper,
-        shrouded_blades,
-        strip_damper,
-    )
-}
 
 STRESS: dict[str, Callable[..., StressRecovery]] = {"single_blade": single_blade_stress}
 
@@ -67,3 +46,6 @@ __all__ = [
     "three_mass_wedge",
     "two_semi_cylinders",
 ]
+
+NO_PROBLEMS = ("RIGS", "STRESS", "laboratory_damper", "single_blade_stress")
+RIGS: dict[str, Callable[..., Problem]] = {name: globals()[name] for name in __all__ if name not in NO_PROBLEMS}

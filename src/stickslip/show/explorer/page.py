@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from dash import ALL, MATCH, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
@@ -35,10 +35,6 @@ from stickslip.show.plots.moving_picture import CONFIG as ALONE
 from stickslip.show.plots.moving_picture import step_script
 from stickslip.support.checks import InputError, between, fault, nearest
 from stickslip.support.console import say
-
-if TYPE_CHECKING:
-    from stickslip.show.explorer.solving import Solver
-
 
 SAVED = "explored.toml"
 HOW = [name for name, mark in marks(ForcedResponseSettings).items() if mark.means and not mark.key]
@@ -413,15 +409,6 @@ def explore(path: Path, port: int = 0, open_browser: bool = True) -> None:
 
 def prepared(path: Path, token: str) -> tuple[Solver, Any]:
     """The solver of a study, and the Dash application that shows it under a token."""
-    try:
-        import dash  # noqa: F401
-    except ImportError:
-        raise InputError(
-            "The explorer needs Dash, which is not installed. `pip install 'stickslip[explore]'` installs it."
-        ) from None
-    from stickslip.show.explorer.page import application
-    from stickslip.show.explorer.solving import Solver
-
     solver = Solver.of(path)
     app = application(solver, token)
     app.server.before_request(_refuse_other_names)

@@ -18,11 +18,9 @@ from stickslip.support.renderers import FIGURES
 MANY_ROWS = 12
 MOST_NAMES = 100
 """Directions of contacts in the figure of states; of more, those with the largest loops are drawn."""
-MOST_CONTACTS = 8
-"""Contacts in the figure of loops; of more, those with the largest loops are drawn."""
-MOST_COLUMNS = 6
-MOST_STATES = 8
-"""Cases in the figures of loops and of states; of more, `representatives` chooses."""
+MOST_COLUMNS, MOST_ROWS = 6, 8
+"""Cases and contacts in the figure of loops, and cases in those of states and of dissipation: of more contacts those with the
+largest loops are drawn, of more cases `representatives` chooses."""
 STEPS = 20
 """Shares of the period are drawn in steps of 1/STEPS."""
 STATES = [Key("stick", Style("stick")), Key("half, half", Style("half")), Key("slip", Style("slip")), Key("open", Style("open"))]
@@ -33,7 +31,7 @@ STATES = [Key("stick", Style("stick")), Key("half, half", Style("half")), Key("s
 def hysteresis_loops(dataset: xr.Dataset) -> Chart:
     """Contact force in N against relative displacement in µm at the highest peak: a row per contact, a column per force level."""
     rows = view.contact_rows(dataset)
-    shown = view.largest_loops(dataset, rows, MOST_CONTACTS)
+    shown = view.largest_loops(dataset, rows, MOST_ROWS)
     chosen = representatives(dataset, MOST_COLUMNS)
     lines, height = case_lines(chosen.dataset), min(1.6, (PAGE - 0.8) / max(len(shown), 1))
     panels = []
@@ -99,7 +97,7 @@ def loop_axes(dataset: xr.Dataset) -> tuple[Axis, Axis]:
 
 
 @FIGURES.of("ForcedResponse", "states")
-def contact_states(dataset: xr.Dataset, most: int = MOST_STATES) -> Chart:
+def contact_states(dataset: xr.Dataset, most: int = MOST_ROWS) -> Chart:
     """Shares of the period in stick, slip and open as mixed colours: one panel a force level, one row a contact."""
     every = view.contact_rows(dataset)
     rows = every if len(every) <= MOST_NAMES else view.largest_loops(dataset, every, MOST_NAMES)
@@ -164,10 +162,6 @@ def _state_text(shares: Array) -> str:
     return ", ".join(f"{100.0 * share:.0f} % {state}" for share, state in states if share > 0.005) or "not converged"
 
 
-MOST_BARS = 9
-"""Cases whose shares are drawn."""
-
-
 @FIGURES.of("ForcedResponse", "dissipation")
 def dissipation(dataset: xr.Dataset) -> Chart:
     """Energy of all contacts per period against frequency, and the share of each contact at the highest peak."""
@@ -179,7 +173,7 @@ def dissipation(dataset: xr.Dataset) -> Chart:
     ]
     axis = Axis("energy per period", unit, log=bool(np.nansum(dataset.dissipated.values) > 0.0))
 
-    chosen = representatives(dataset, MOST_BARS)
+    chosen = representatives(dataset, MOST_ROWS)
     names, energy, total = view.shares_at_peak(chosen.dataset, len(CONTACTS))
     percent = np.nan_to_num(100.0 * energy / np.where(total > 0.0, total, np.nan)[:, None])
     rows, before = np.arange(total.size), np.cumsum(percent, axis=1) - percent

@@ -72,13 +72,6 @@ def sample_cycles(dataset: xr.Dataset, level: float, summed: bool = False) -> Cy
     return cycles.summed() if summed else cycles
 
 
-def run_cycles(dataset: xr.Dataset, runs: Index, summed: bool = False) -> Cycles:
-    """Some runs of a history, each at its largest point."""
-    rows = tuple(str(name) for name in dataset["row"].values)
-    cycles = Cycles(rows, dataset["largest_contact_motion"].values[runs], dataset["largest_contact_force"].values[runs])
-    return cycles.summed() if summed else cycles
-
-
 def _surface(row: str) -> str:
     """The row without the number of its point."""
     contact, _, direction = row.rpartition(" ")
@@ -252,14 +245,16 @@ def before_and_after(dataset: xr.Dataset, level: float | None = None, summed: bo
     level: the one repeated level at which the mean forces change most, unless given; summed: over the points of a surface.
     """
     runs = repeated_runs(dataset, level)
-    cycles = run_cycles(dataset, runs, summed)
+    names = tuple(str(name) for name in dataset["row"].values)
+    cycles = Cycles(names, *(dataset[f"largest_contact_{what}"].values[runs] for what in ("motion", "force")))
+    cycles = cycles.summed() if summed else cycles
     change = np.ptp(cycles.force.mean(axis=-1), axis=0)
     rows = sorted(np.argsort(-change, kind="stable")[:MOST_ROWS].tolist())
     hertz = dataset["largest_frequency"].values[runs, 0]
-    names = [f"run {run + 1}, {at:.1f} Hz" for run, at in zip(runs, hertz, strict=True)]
+    labels = [f"run {run + 1}, {at:.1f} Hz" for run, at in zip(runs, hertz, strict=True)]
     panels = []
     for row in rows:
-        lines = [Line(cycles.phase, cycles.force[k, row], **look) for k, look in enumerate(level_lines(names))]
+        lines = [Line(cycles.phase, cycles.force[k, row], **look) for k, look in enumerate(level_lines(labels))]
         panels.append(Panel(PERIOD, Axis("contact force", "N"), lines, cycles.rows[row], 1.7))
     level = float(dataset["force_level"].values[runs[0]])
     return Chart(f"One force, {level:g}, before and after others: {dataset.attrs['title']}", panels, columns=2)
@@ -276,8 +271,6 @@ def repeated_runs(dataset: xr.Dataset, level: float | None = None) -> Index:
         raise fault("level", f"must be run more than once, as {repeated} are", level)
     return np.asarray(runs, dtype=np.int64)
 
-
-DECAY_HEIGHT = 2.9
 
 MODE_DASHES: tuple[Dash, ...] = ("dash", "dot", "dashdot")
 """Of nonlinear modes."""
@@ -302,11 +295,9 @@ def decay(dataset: xr.Dataset) -> Chart:
         for k, each in enumerate(names)
     ]
     panels = [
-        Panel(Axis("time", "ms"), Axis("displacement", unit.name), motion, "Outputs", DECAY_HEIGHT),
-        Panel(Axis("amplitude", unit.name), Axis("frequency", "Hz"), lines("frequency", 1.0), "Half cycles", DECAY_HEIGHT),
-        Panel(
-            Axis("amplitude", unit.name), Axis("damping ratio", "%"), lines("damping_ratio", 100.0), "Half cycles", DECAY_HEIGHT
-        ),
+        Panel(Axis("time", "ms"), Axis("displacement", unit.name), motion, "Outputs", HEIGHT),
+        Panel(Axis("amplitude", unit.name), Axis("frequency", "Hz"), lines("frequency", 1.0), "Half cycles", HEIGHT),
+        Panel(Axis("amplitude", unit.name), Axis("damping ratio", "%"), lines("damping_ratio", 100.0), "Half cycles", HEIGHT),
     ]
     return Chart(f"{dataset.attrs['title']}: free decay", panels, columns=3)
 
@@ -345,8 +336,8 @@ def measured(dataset: xr.Dataset) -> Chart:
     signal = Line(1e3 * dataset["time"].values, dataset["signal"].values / own.metres, style, "measured")
     across = Axis("amplitude", unit.name)
     panels = [
-        Panel(Axis("time", "ms"), Axis(quantity, own.name), [signal], "Signal", DECAY_HEIGHT),
-        Panel(across, Axis("frequency", "Hz"), along("frequency", 1.0), "Windows", DECAY_HEIGHT),
-        Panel(across, Axis("damping ratio", "%"), along("damping_ratio", 100.0), "Windows", DECAY_HEIGHT),
+        Panel(Axis("time", "ms"), Axis(quantity, own.name), [signal], "Signal", HEIGHT),
+        Panel(across, Axis("frequency", "Hz"), along("frequency", 1.0), "Windows", HEIGHT),
+        Panel(across, Axis("damping ratio", "%"), along("damping_ratio", 100.0), "Windows", HEIGHT),
     ]
     return Chart(str(dataset.attrs["title"]), panels, columns=3)

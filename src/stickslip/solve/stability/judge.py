@@ -24,10 +24,8 @@ from stickslip.model.problem.contraction import Contraction, contraction
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.stability.event_march import EventMarch, LostMotionError, Passage, State
 from stickslip.solve.stability.multipliers import ContactPeriod, PeriodMap, Stability
-from stickslip.solve.time.march import from_harmonics
+from stickslip.solve.time.march import CORRECTIONS, DISTURBANCE, from_harmonics
 from stickslip.support.checks import Array, InputError, in_percent
-
-CORRECTIONS = 12
 
 CLOSED = 1e-6
 """Change over a period, relative to the vibration, at which a motion is periodic."""
@@ -35,8 +33,8 @@ CLOSED = 1e-6
 SHORTEST = 1.0 / 16.0
 """Share of a correction below which none helps."""
 
-DIFFERENCE, PUSH = 1e-5, 1e-3
-"""Sizes of disturbances relative to the vibration: of a one-sided derivative, and of one that is followed."""
+PUSH = 1e-3
+"""Size of a disturbance that is followed, relative to the vibration."""
 
 PERIODS = 30
 """That a disturbed motion is followed for."""
@@ -182,8 +180,8 @@ class OrbitSearch:
 
         Where the motion has a derivative, both are the size of the multiplier; where a contact only touches, they need not be.
         """
-        one, other = (self._after(orbit, side * DIFFERENCE * orbit.vector) for side in (1.0, -1.0))
-        return self._share(orbit, one) / DIFFERENCE, self._share(orbit, other) / DIFFERENCE
+        one, other = (self._after(orbit, side * DISTURBANCE * orbit.vector) for side in (1.0, -1.0))
+        return self._share(orbit, one) / DISTURBANCE, self._share(orbit, other) / DISTURBANCE
 
     def periods_to_leave(self, orbit: Orbit, grown: float) -> int | None:
         """Periods after which a motion pushed along that vector is so many times as far away; None where it is not within

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.laboratory.identification.least_squares import LeastSquares, Solution
+from stickslip.laboratory.identification.least_squares import CERTAINTY, LeastSquares, Solution
 from stickslip.laboratory.measurement.contact_record import check_ratio, clipped
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.law import SingleLoad
@@ -135,9 +135,7 @@ def steady_force(loop: ContactLoop, kt: float, mu: float, weights: Array) -> Arr
 def law_force(loop: ContactLoop, law: SingleLoad) -> Array:
     """The steady force (n,) of a law with a step of its own under the load of the loop, along the displacement smoothed to its
     first harmonics."""
-    spectrum = np.fft.rfft(np.asarray(loop.displacement))
-    spectrum[SMOOTHED + 1 :] = 0.0
-    u, limit = np.fft.irfft(spectrum, np.size(loop.displacement))[None], law.mu * np.asarray(loop.normal)
+    u, limit = smoothed(np.asarray(loop.displacement), SMOOTHED)[None], law.mu * np.asarray(loop.normal)
     zero, none, first = np.zeros(u.size), np.zeros((u.size, 0)), np.zeros(1, dtype=np.int64)
     elements = law.elements(1, False)
     kt = elements.friction[0].stiffness
@@ -232,7 +230,7 @@ class LoopErrors:
 
 def interval(value: float, error: float) -> tuple[float, float]:
     """95 % of a logarithmic normal distribution; from 0 on without end where nothing is known."""
-    factor = float(np.exp(min(1.96 * error, UNKNOWN)))
+    factor = float(np.exp(min(CERTAINTY * error, UNKNOWN)))
     return value / factor, value * factor
 
 

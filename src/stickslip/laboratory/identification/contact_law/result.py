@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag, force_of, interval, work_along
+from stickslip.laboratory.identification.least_squares import CERTAINTY
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.results.schema import Result, named, stacked
 from stickslip.support.checks import Array, Index, counted, fault, rounded
@@ -152,7 +153,7 @@ def with_friction(dataset: xr.Dataset, friction: Array, exponent: Array) -> xr.D
     load, mu, errors = friction
     bounds = np.array([interval(value, error) for value, error in zip(mu, errors, strict=True)])
     words = "friction coefficient over the normal load"
-    exponents = [exponent[0] + side * 1.96 * exponent[1] for side in (-1.0, 1.0)]
+    exponents = [exponent[0] + side * CERTAINTY * exponent[1] for side in (-1.0, 1.0)]
     return dataset.assign(
         friction=named("friction_load", mu, words),
         friction_interval=named(("friction_load", "bound"), bounds, f"95 % interval of the {words}"),

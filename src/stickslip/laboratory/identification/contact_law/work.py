@@ -19,14 +19,12 @@ from stickslip.laboratory.identification.contact_law.result import (
     warnings_about,
     with_friction,
 )
+from stickslip.laboratory.identification.least_squares import CLOSE
 from stickslip.laboratory.measurement.contact_cycles import ContactCycles, contact_cycles, smoothed_motion
 from stickslip.laboratory.measurement.contact_record import ContactRecord, read_contact_records
 from stickslip.laboratory.measurement.cycles import synthesis
 from stickslip.runs.work import Arrays
 from stickslip.support.checks import Array, Index, InputError, counted, fault, finite, nearest, positive, vector
-
-CLOSE = 1.1
-"""A law with fewer parameters is kept while its held-out error is below this times the smallest."""
 
 EXACT = 3e-3
 """Held-out errors below this are those of smoothing and sampling, and do not distinguish laws."""

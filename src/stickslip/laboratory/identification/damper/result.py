@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stickslip.laboratory.identification.damper.fit import COARSE, EVALUATIONS, DamperFit
+from stickslip.laboratory.identification.least_squares import CERTAINTY
 from stickslip.laboratory.measurement.cycles import synthesis
 from stickslip.laboratory.measurement.reconstruction import reconstruct
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
@@ -23,9 +24,6 @@ SLIPS = {"right_rolling": "rolling dr", "right_translation": "translation ds", "
 
 SLIP_DRAWS = 60
 """Draws of the errors of the rig for those of these motions."""
-
-CERTAINTY = 1.96
-"""Standard deviations of a 95 % interval."""
 
 FAINT = 0.08
 """Varying part of a force, relative to the larger one of the case, below which its misfit is relative to that share."""

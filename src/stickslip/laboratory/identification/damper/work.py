@@ -30,12 +30,12 @@ from stickslip.laboratory.identification.damper.fit import (
 )
 from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD, parameters, usual_unknowns
 from stickslip.laboratory.identification.damper.result import (
-    CERTAINTY,
     Identification,
     identification_dataset,
     misfits,
     with_slip,
 )
+from stickslip.laboratory.identification.least_squares import CERTAINTY, CLOSE
 from stickslip.laboratory.measurement.cycles import CycleSet, LoadRemoval, synthesis, whole_cycles, zeroed
 from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record
@@ -54,8 +54,8 @@ REFUSED, POOR = 0.25, 0.06
 STILL = 1e-6
 """Friction work of a line, relative to the largest, below which it counts as never sliding."""
 
-LAG_ALLOWED = 5e-3
-"""Standard deviation [s] of a lag that is looked for in a fit without one."""
+LAG_PRIOR = 5e-3
+"""Standard deviation [s] of a lag that is looked for where `errors` do not state one."""
 
 STRAINED = 3.0
 """Gain error or zero found, in standard deviations stated for it, from which a scale, the geometry or the zero is doubted."""
@@ -175,7 +175,7 @@ def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
     computed = fit.predicted(theta)
     assert computed is not None
     fitted = bool(fit.errors.lag)
-    lag = (fit if fitted else fit.with_lag(LAG_ALLOWED)).chain(computed).lag
+    lag = (fit if fitted else fit.with_lag(LAG_PRIOR)).chain(computed).lag
     angle = 2.0 * np.pi * lag * max(case.frequency for case in fit.cases)
     if abs(angle) < SEEN or (fitted and abs(lag) < CERTAINTY * error):
         return ()
@@ -247,15 +247,9 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
     return tuple(warnings)
 
 
-LAG_PRIOR = 5e-3
-"""Standard deviation [s] of a lag that is looked for."""
-
 GRADUAL = 6e-3
 """Angle of the first harmonic [rad] by which forces lag or lead where contacts slip more gradually than the law that is fitted
 (0.2 ms at 5 Hz; up to half of it was measured): a lag is fitted from there on."""
-
-CLOSE = 1.1
-"""A simpler law is kept while its error on loops held out is below this times the smallest."""
 
 
 def _laws(name: str, law: Any) -> tuple[str, ...]:

@@ -19,7 +19,8 @@ import numpy as np
 from stickslip.analyses.modes.slow_decay import slow_decay
 from stickslip.analyses.modes.work import Modes
 from stickslip.analyses.settings import Setting, Whole, takes
-from stickslip.laboratory.identification.response.draws import NORMAL, Draw, of_draws
+from stickslip.laboratory.identification.least_squares import CERTAINTY
+from stickslip.laboratory.identification.response.draws import Draw, of_draws
 from stickslip.laboratory.identification.response.prediction import DrawnProblems, within
 from stickslip.laboratory.identification.response.prediction_result import (
     FINER,
@@ -131,7 +132,7 @@ def windows_between(decay: xr.Dataset, low: float, high: float) -> Index:
 
 def _share_inside(value: Array, error: Array, low: Array, middle: Array, high: Array) -> float:
     """The share of values inside an interval that is widened by their standard errors; NaN where there is no interval."""
-    lower, upper = middle - np.hypot(low - middle, NORMAL * error), middle + np.hypot(high - middle, NORMAL * error)
+    lower, upper = middle - np.hypot(low - middle, CERTAINTY * error), middle + np.hypot(high - middle, CERTAINTY * error)
     known = np.isfinite(lower) & np.isfinite(upper)
     return float(np.mean((value >= lower)[known] & (value <= upper)[known])) if known.any() else float("nan")
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy import special
 
-from stickslip.laboratory.identification.least_squares import FreeParameter
+from stickslip.laboratory.identification.least_squares import CERTAINTY, FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
 from stickslip.laboratory.identification.response.intervals import TOGETHER, FitStatistics, above_noise
 from stickslip.results.schema import named
@@ -25,9 +25,6 @@ FIT, OTHER = "fit_variable", "fit_variable_2"
 
 ENDS = (2.5, 97.5)
 """Percentiles of an interval."""
-
-NORMAL = 1.959964
-"""Half width of a 95 % interval of a normal distribution, in standard deviations."""
 
 ATTEMPTS = 1000
 """Attempts to draw anew what lies outside the bounds, before it is moved onto them."""
@@ -47,7 +44,7 @@ def kept_for_draws(fit: ResponseFit, x: Array, known: FitStatistics, solution: M
     held = np.isfinite(least)
     low[np.array(shared)[held]], unknown[np.array(shared)[held]] = least[held], True
     error[unknown] = 0.0
-    error *= known.quantile / NORMAL
+    error *= known.quantile / CERTAINTY
     meaning = "variable of the fit: a parameter as logarithm or share of its bounds, ln gain, phase"
     covariance = np.nan_to_num(known.correlation * np.outer(error, error), posinf=0.0, neginf=0.0)
     tails = "covariance of the errors, with the tails of few residuals"
@@ -187,7 +184,7 @@ class Draws:
         shares = np.asarray((strata + generator.uniform(size=(count, size))) / count)
         variables = self._variables(shares[:, : len(self.names)], generator)
         deviations = shares[:, len(self.names) : len(self.names) + len(own)]
-        spread = special.stdtrit(max(scatter.freedom, 1.0), 0.975) / NORMAL
+        spread = special.stdtrit(max(scatter.freedom, 1.0), 0.975) / CERTAINTY
         found = []
         for x, apart, last in zip(variables, deviations, shares[:, -3:], strict=True):
             normal = special.ndtri(last[:2]) * spread * np.array([scatter.gain, scatter.shift])

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy import special
 
+from stickslip.laboratory.identification.least_squares import CERTAINTY
 from stickslip.laboratory.identification.response.fit import ResponseFit
 from stickslip.laboratory.measurement.measured_response import by_joint
 from stickslip.support.checks import Array, Index
@@ -30,7 +31,7 @@ FEWEST_TESTS = 3
 ALONE = 0.99
 """Share of what is known of a direction from which on one test alone determines it, and no other can disagree."""
 
-LIMIT = 3.84
+LIMIT = CERTAINTY**2
 """By which the sum of squares, in standard errors, may exceed the least one: 95 % quantile of χ² with one degree of freedom."""
 
 FIRST, GROWTH = 0.02, 2.0

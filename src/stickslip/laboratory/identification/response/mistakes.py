@@ -22,7 +22,7 @@ from stickslip.laboratory.measurement.measured_response import THOUSAND, Measure
 from stickslip.support.checks import Array, counted, first_of, rounded
 
 POOR = 0.1
-"""Misfit of a test from which mistakes are looked for."""
+"""Misfit of a test from which mistakes are looked for, and from which without its outliers the model is at fault."""
 
 NEAR = 0.06
 """Relative distance of a gain from a factor that is named; the factor of 1000 is taken within `THOUSAND`, since without the right
@@ -224,9 +224,8 @@ KNOWN, FLAT = 1e-8, 1e-6
 MOST = 0.1
 """Share of the points that may be outliers, one in any case: of more the model is at fault."""
 
-GOOD, SURE = 0.1, 2.0
-"""Relative error of a test without its outliers, root mean square, from which the model is at fault; where residuals go together
-along the curves, so many stated errors."""
+SURE = 2.0
+"""Residuals in stated errors, root mean square, from which the model is at fault where they go together along the curves."""
 
 ROUNDS = 5
 """Fits without outliers, at most: each may show others."""
@@ -278,7 +277,7 @@ def _good(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> bool:
     parts = zip(fit.parted(fit.residuals(x)), marks, strict=True)
     sizes = np.array([float(np.sqrt(np.mean(residuals[:, ~mark] ** 2))) if np.any(~mark) else 0.0 for residuals, mark in parts])
     errors = sizes * np.array([model.test.error for model in fit.tests])
-    if float(errors.max()) > GOOD:
+    if float(errors.max()) > POOR:
         return False
     return float(np.median(sizes)) < SURE or statistics(fit.without(marks), x).one_in == 1.0
 

@@ -18,9 +18,8 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.fourier import Harmonics
 from stickslip.solve.balance.measure import quantity_named
 from stickslip.solve.balance.system import Control
-from stickslip.solve.continuation.continuation import solve_cold, trace
+from stickslip.solve.continuation.continuation import first_held, scaled, solve_cold, trace
 from stickslip.solve.continuation.curve_points import LostCurveError
-from stickslip.solve.continuation.held_amplitude import first_held, scaled
 from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
 from stickslip.solve.curves.curve import force_phase

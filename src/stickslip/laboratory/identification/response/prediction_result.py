@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from stickslip.analyses.truncation import ALLOWED
-from stickslip.laboratory.identification.response.draws import NORMAL, interval
+from stickslip.laboratory.identification.least_squares import CERTAINTY
+from stickslip.laboratory.identification.response.draws import interval
 from stickslip.laboratory.identification.response.mistakes import POOR, named_gain
 from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse, assumed_units, joined, measured_peak
 from stickslip.results.files import SavedResult
@@ -98,7 +99,7 @@ def compared(dataset: xr.Dataset, tests: Sequence[MeasuredResponse]) -> xr.Datas
         rows = np.array([np.interp(f, grid[known], row[known]) for row in curves])
         low, middle, high = interval(rows, axis=0)
         low, high = (
-            middle * np.exp(sign * np.hypot(np.log(end / middle), NORMAL * error)) for sign, end in ((-1.0, low), (1.0, high))
+            middle * np.exp(sign * np.hypot(np.log(end / middle), CERTAINTY * error)) for sign, end in ((-1.0, low), (1.0, high))
         )
         points[:, t, : f.size] = f, size, low, middle, high
         peaks[t, 0] = measured_peak(f, size)
