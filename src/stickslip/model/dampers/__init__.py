@@ -21,6 +21,7 @@ from stickslip.model.dampers.damper import Shape as Shape
 from stickslip.model.dampers.damper import key_of
 from stickslip.model.dampers.laboratory import CrossedCurvedFlat as CrossedCurvedFlat
 from stickslip.model.dampers.laboratory import ThreePoint as ThreePoint
+from stickslip.model.dampers.seat import Seat as Seat
 from stickslip.model.dampers.wedge import Wedge as Wedge
 
 SHAPES: dict[str, type[Shape]] = {
