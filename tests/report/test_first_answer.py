@@ -7,11 +7,11 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.truncation import ALL_NODES
-from stickslip.show.report.answer import peaks_at_a_glance
+from stickslip.show.report.answer import comparison, peaks_at_a_glance
 from stickslip.show.report.conclusions import warnings_of
 from stickslip.show.report.markup import Charts
 from stickslip.show.report.responses import level_line
-from stickslip.show.report.sections import energies
+from stickslip.show.report.sections import energies, overview
 from stickslip.support.outcome import Outcome
 
 
@@ -60,11 +60,56 @@ def test_the_largest_estimate_is_shown_with_its_cause(dataset):
 def test_the_least_certain_curve_warns_first(dataset):
     found = dataset.copy(deep=True)
     found["truncation_error"][:] = [[0.01], [0.4], [0.02]]
-    found["case_message"][:] = [f"Arrived. Warning {k}." for k in range(3)]
+    found["case_message"] = "case", np.array([f"Arrived. Warning {name}." for name in "abc"])
     html = peaks_at_a_glance("a", found)
-    assert re.findall(r"Warning (\d)", html) == ["1", "2", "0"]
-    assert html.index("1 more warning") < html.index("Warning 0")
+    assert re.findall(r"Warning (\w)", html) == ["b", "c", "a"]
+    assert html.index("1 more warning") < html.index("Warning a")
     assert sum("Warning" in sentence for sentence in warnings_of(found)) == 3
+
+
+def test_warnings_that_differ_in_their_numbers_are_one_that_opens_with_the_largest(dataset):
+    found = dataset.copy(deep=True)
+    change = ("+2.5 %", "-32.9 %", "+4.0 %")
+    found["case_message"] = (
+        "case",
+        np.array([f"Arrived. The load changes it: {k}.5 µm ({much})." for k, much in enumerate(change)]),
+    )
+    html = peaks_at_a_glance("a", found)
+    first = re.search(r'<details class="warning"><summary>(.*?)</summary>', html)[1]
+    assert first == "1 N: The load changes it: 1.5 µm (-32.9 %). 2 more curves warn of the same, of less."
+    assert "more warning" not in html
+    assert re.findall(r"<li>([\d.]+ N): ", html) == ["2 N", "0.01 N"]
+
+
+def test_one_table_compares_results_and_says_which_is_lowest(dataset):
+    """Half the size is lowest beyond doubt; where the history of the load may double it, or an error is unknown, it is not."""
+    small = dataset.copy(deep=True)
+    for name in ("amplitude", "peak_amplitude"):
+        small[name] *= 0.5
+    small["history_change"] = ("case", "output"), np.array([[np.nan], [1.1], [-0.9]])
+    html = comparison({"a": dataset, "b": small})
+    name = str(dataset["output"].values[0])
+    assert re.search('headline">(.*?)</p>', html)[1].replace("\xa0", " ") == (
+        f"Lowest peak of {name}: b at 0.01 N and 2 N. "
+        "At 1 N the order of the peaks is open: see their estimated errors and warnings."
+    )
+    rows = cells_of(html)
+    assert [row[0] for row in rows] == ["a", "b"]
+    sizes = [float(value) for value in re.findall(r'data-value="([^"]+)"', html)]
+    peaks = dataset["peak_amplitude"].values[:, 0, 0]
+    assert sizes == pytest.approx([*peaks, *(0.5 * peaks)])
+    assert f"at {dataset['peak_frequency'].values[0, 0, 0]:.5g}" in rows[1][1]
+    small["truncation_error"][0], small["sampling_error"][2] = np.nan, 1.1
+    small["sampling_error"][0] = np.nan
+    assert "Lowest" not in comparison({"a": dataset, "b": small})
+
+
+def test_results_without_a_common_force_level_are_not_compared(dataset):
+    other = dataset.assign_coords(force_level=dataset["force_level"] * 3.0)
+    assert comparison({"a": dataset, "b": other}) == comparison({"a": dataset}) == ""
+    page = overview({"a": dataset, "b": other}, Charts(["a", "b"]))
+    assert page.count("<table") == 2
+    assert overview({"a": dataset, "b": dataset}, Charts(["a", "b"])).count("<table") == 3
 
 
 def test_the_first_sentence_of_a_warning_stands_open(dataset):

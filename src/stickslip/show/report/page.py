@@ -83,7 +83,7 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
         parts.append(
             f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}'
-            f"{warnings_at_a_glance([_sentence(warning) for warning in warnings])}{figure}"
+            f"{warnings_at_a_glance({'': [_sentence(warning) for warning in warnings]})}{figure}"
             f"<ul>{lines}</ul>{note}"
         )
     return section("overview", "Overview", *parts)

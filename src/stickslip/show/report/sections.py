@@ -18,7 +18,14 @@ from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, loops_at, loops_of, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
 from stickslip.show.report import conclusions
-from stickslip.show.report.answer import engine_order, peaks_at_a_glance
+from stickslip.show.report.answer import (
+    comparison,
+    engine_order,
+    highest_peaks,
+    least_certain_first,
+    peaks_at_a_glance,
+    warnings_at_a_glance,
+)
 from stickslip.show.report.markup import Charts, Choice, Opening, cell, framed, hertz, number, section, table, text
 from stickslip.show.report.stress import fatigue_headline
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
@@ -49,8 +56,9 @@ LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK
 
 
 def overview(datasets: Datasets, charts: Charts) -> str:
-    """The answer in a few sentences, the highest peaks at a glance, and what it took to compute them."""
-    parts = []
+    """The answer in a few sentences, the highest peaks at a glance, and what it took to compute them; of results that can be
+    compared one table, with those of each folded."""
+    compared, answered, parts, warnings = comparison(datasets), "", [], {}
     for label, dataset in datasets.items():
         answers = [
             fatigue_headline(dataset),
@@ -58,16 +66,23 @@ def overview(datasets: Datasets, charts: Charts) -> str:
             conclusions.further_curves_sentence(dataset),
             " ".join(conclusions.reached_sentences(dataset)),
         ]
+        begin = f"{label}: " if compared else ""
+        own = "".join(f'<p class="headline">{text(begin + answer)}</p>' for answer in answers if answer)
+        answered, warnings[label] = answered + own, least_certain_first(dataset)
         cases = range(dataset.sizes["case"])
         count, good = sum(view.points(dataset, c).size for c in cases), sum(view.converged_points(dataset, c).size for c in cases)
         whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
         solved = f"{whole}; {float(dataset.attrs['cpu_seconds']):.3g} s of processor time."
-        chosen = str(dataset.attrs.get("harmonics_chosen", ""))
-        how = [*([f"Chosen by “auto”: {chosen}."] if chosen else []), *finer_sentences(dataset)]
+        chosen, small = str(dataset.attrs.get("harmonics_chosen", "")), str(dataset.attrs.get("static_history", ""))
+        how = [f"Chosen by “auto”: {chosen}."] if chosen else []
+        how += [sentence for sentence in finer_sentences(dataset) if sentence != small]
         note = f"<details><summary>{text(solved)}</summary>{text(' '.join(how))}</details>" if how else text(solved)
         parts += [f"<h3>{text(label)}</h3>"] if len(datasets) > 1 else []
-        parts += [f'<p class="headline">{text(answer)}</p>' for answer in answers if answer]
-        parts += [peaks_at_a_glance(label, dataset), f'<div class="note">{note}</div>']
+        parts += [highest_peaks(label, dataset)] if compared else [own, peaks_at_a_glance(label, dataset)]
+        parts += [f'<div class="note">{note}</div>']
+    if compared:
+        each = f"<details><summary>Each result, against linear responses</summary>{''.join(parts)}</details>"
+        parts = [compared, answered, warnings_at_a_glance(warnings), each]
     return section("overview", "Overview", *parts)
 
 
