@@ -43,6 +43,10 @@ def test_stuck_peaks_are_those_of_the_stuck_structure(dataset):
     assert stuck[0] == "the same"
     assert stuck[1].startswith("−")
     assert "−" in stuck[1].partition(", ")[2]
+    near = dataset.copy(deep=True)
+    near["peak_amplitude"][0] *= 0.9
+    near["peak_frequency"][0] *= 1.0 - 4e-4
+    assert cells_of(peaks_at_a_glance("a", near))[0][4] == "−10.0\xa0%, same frequency", "0.0001 Hz are below what is estimated"
 
 
 def test_the_largest_estimate_is_shown_with_its_cause(dataset):

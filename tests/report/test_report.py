@@ -11,7 +11,7 @@ import pytest
 from report.pages import decoded, page_of
 from report.synthetic import KINDS, poor, synthetic
 
-from stickslip.results.view import highest_peak
+from stickslip.results.view import highest_peak, level_text
 from stickslip.show.report import write
 from stickslip.show.report.conclusions import failures_of, headline, level_sentence
 from stickslip.show.report.markup import packed
@@ -217,9 +217,8 @@ def test_the_console_prints_what_the_message_of_a_completed_curve_warns_of(datas
     before = message_sentences(dataset)
     dataset = dataset.assign(case_message=dataset.case_message.astype(object))
     dataset.case_message[1] = f"The curve reached the end of the band. {places}"
-    level = float(dataset.force_level[1])
     assert before == []
-    assert message_sentences(dataset) == [f"warning, force {level:g}: {places}"]
+    assert message_sentences(dataset) == [f"warning, force {level_text(dataset, 1).removeprefix('force ')}: {places}"]
 
 
 def test_loops_of_points_stay_within_their_share_of_the_page(dataset, tmp_path):

@@ -100,7 +100,7 @@ def test_a_result_prints_what_failed(response):
     assert "failed" not in str(response)
     message = "The curve closed on itself. It got to 214 Hz."
     held = ss.controlled_response(ss.rigs.three_mass_wedge(), ss.hertz(210, 230), [1e-6], harmonics=1, samples=64)
-    for result, name in ((response, "force 0.5"), (held, "1e-06 m/s²")):
+    for result, name in ((response, "force × 0.5"), (held, "1e-06 m/s²")):
         assert "failed" not in str(result)
         dataset = result.dataset.copy()
         dataset["case_outcome"] = dataset["case_outcome"].copy(data=[2, *dataset["case_outcome"].values[1:]])

@@ -259,7 +259,8 @@ def _change(dataset: xr.Dataset, which: str, case: int, output: int) -> str:
     if abs(change) < SAME and abs(shift) < SAME * linear[0]:
         return "the same"
     sign, to = ("+" if value > 0.0 else "−" for value in (change, shift))
-    return f"{sign}{percent(abs(change))}, {to}{number(abs(shift), 3)} Hz"
+    moved = f"{to}{number(abs(shift), 3)} Hz" if abs(shift) >= SAME * linear[0] else "same frequency"
+    return f"{sign}{percent(abs(change))}, {moved}"
 
 
 def _sure(dataset: xr.Dataset, case: int, output: int, peak: Peak) -> str:

@@ -315,12 +315,12 @@ def bounds_failures(bounds: xr.Dataset) -> list[str]:
     """A sentence for each force level and cause where there are no bounds."""
     sentences, by_frequency = [], bool(np.all(np.isfinite(bounds["frequency"].values)))
     every = counted(bounds.sizes["frequency"], "frequency", "frequencies")
-    for case, level in enumerate(bounds["force_level"].values):
-        outcomes = bounds["outcome"].values[case]
+    for case in range(bounds.sizes["case"]):
+        level, outcomes = view.force_text(bounds, case), bounds["outcome"].values[case]
         for code in sorted(set(outcomes.ravel().tolist()) - {int(Outcome.CONVERGED)}):
             at = np.flatnonzero(np.any(outcomes == code, axis=0))
             where = f"at {at.size} of {every}" if by_frequency else "of the peak"
-            sentence, unsolved = f"force {level:g}: no bounds {where}. {_sentence(code)}", _unsolved(bounds, case, at)
+            sentence, unsolved = f"{level}: no bounds {where}. {_sentence(code)}", _unsolved(bounds, case, at)
             sentences.append(f"{sentence} {unsolved}." if unsolved else sentence)
     return sentences
 
@@ -328,11 +328,11 @@ def bounds_failures(bounds: xr.Dataset) -> list[str]:
 def bounds_warnings(bounds: xr.Dataset) -> list[str]:
     """A sentence for each force level where bounds were found although some start states have no solution."""
     sentences = []
-    for case, level in enumerate(bounds["force_level"].values):
+    for case in range(bounds.sizes["case"]):
         bounded = np.all(bounds["outcome"].values[case] == Outcome.CONVERGED, axis=0)
         at = np.flatnonzero(bounded & (bounds["unsolved_share"].values[case] > 0.0))
         if at.size:
-            sentences.append(f"force {level:g}: {_unsolved(bounds, case, at)}. Bounds are over the others.")
+            sentences.append(f"{view.force_text(bounds, case)}: {_unsolved(bounds, case, at)}. Bounds are over the others.")
     return sentences
 
 

@@ -121,7 +121,14 @@ def failures(datasets: Datasets, charts: Charts) -> str:
     parts = []
     for label, dataset in datasets.items():
         causes = "".join(f"<li>{text(sentence)}</li>" for sentence in presentation_of(dataset).failures(dataset))
-        parts.append(_head(label, datasets) + (f'<ul class="failed">{causes}</ul>' if causes else "<p>Nothing failed.</p>"))
+        parts.append(
+            _head(label, datasets)
+            + (
+                f'<ul class="failed">{causes}</ul>'
+                if causes
+                else "<p>Every case was computed; the overview says what came out and what to be careful about.</p>"
+            )
+        )
     return section("failures", "What failed, and why", *parts)
 
 

@@ -255,7 +255,7 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
     warning = truncation_warning(of_attribute(dataset.attrs["harmonics"]), names, errors[case], choice)
     count, unknown = int(np.count_nonzero(worst > ALLOWED)), " or unknown" if np.isinf(worst).any() else ""
     more = f" ({count} of {len(errors)} {_curves(dataset)} above {100.0 * ALLOWED:g} %{unknown})" if count > 1 else ""
-    return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning and worst[case] else []
+    return [f"warning, {_level(dataset, case)}: {warning}{more}"] if warning and worst[case] else []
 
 
 def message_sentences(dataset: xr.Dataset) -> list[str]:
@@ -264,20 +264,25 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
     """
     found, harmonics, choice = [], of_attribute(dataset.attrs["harmonics"]), str(dataset.attrs.get("harmonics_chosen", ""))
     names = tuple(str(name) for name in dataset["output"].values)
-    for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED):
+    for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED).tolist():
         _, _, more = str(dataset["case_message"].values[case]).partition(". ")
         errors = dataset["truncation_error"].values[case] if "truncation_error" in dataset else np.zeros(1)
         rest = " ".join(more.replace(truncation_warning(harmonics, names, errors, choice), "").split())
-        found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
+        found += [f"warning, {_level(dataset, case)}: {rest}"] if rest else []
     found.sort(key=lambda words: ("Unstable motion" not in words, "true motion differs" not in words))
     return [*found[:1], *([f"  and of {counted(len(found) - 1, 'more curve')}; the report has them"] if len(found) > 1 else [])]
 
 
+def _level(dataset: xr.Dataset, case: int) -> str:
+    """ "force 20 N", or "force × 20" where levels are factors."""
+    level = force_text(dataset, case)
+    return level if level.startswith("force") else f"force {level}"
+
+
 def level_line(dataset: xr.Dataset, case: int) -> str:
     """The highest peak of one case."""
-    kind, level = kind_words(dataset, case), force_text(dataset, case)
-    head = f"{level}, {kind}" if kind else f"{level:<8}"
-    line = f"  {'' if level.startswith('force') else 'force '}{head} {peak_words(dataset, case)}"
+    kind, level = kind_words(dataset, case), _level(dataset, case)
+    line = f"  {f'{level}, {kind}' if kind else f'{level:<14}'} {peak_words(dataset, case)}"
     if ALL_NODES.variable not in dataset:
         return line
     change = float(dataset[ALL_NODES.variable].values[case, 0])
@@ -299,8 +304,8 @@ def outside_lines(dataset: xr.Dataset) -> list[str]:
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
     """Of many start states at one force level those with the lowest, the median and the highest response."""
     chosen = representative_starts(dataset, cases)
-    level, solved = float(dataset["force_level"][cases[0]]), len(ranked(dataset, cases))
-    lines = [f"  force {level:g}, {counted(len(cases), 'start state')}, {solved} of them solved"]
+    level, solved = _level(dataset, cases[0]), len(ranked(dataset, cases))
+    lines = [f"  {level}, {counted(len(cases), 'start state')}, {solved} of them solved"]
     for word, case in zip(words_of(chosen), chosen, strict=True):
         start = f"start {int(dataset['start'][case]) + 1}"
         lines.append(f"    {word:<8} {start:<10} {peak_words(dataset, case)}")
@@ -312,18 +317,17 @@ def bound_sentences(bounds: xr.Dataset) -> list[str]:
     measure, (factor, units) = measure_in(bounds), _unit(bounds, "amplitude")
     of = "" if measure == DISPLACEMENT_AMPLITUDE else f" of the {measure.words}"
     lines = [f"bounds{of} over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
-    levels = bounds["force_level"].values
-    for case in spread(len(levels), MOST_LINES):
-        level = levels[case]
+    for case in spread(bounds.sizes["case"], MOST_LINES):
+        level = f"{_level(bounds, case):<14}"
         low, high = factor * bounds["amplitude"].values[case]
         if not np.any(np.isfinite(high - low)):
-            lines.append(f"  force {level:<8g} none found")
+            lines.append(f"  {level} none found")
             continue
         k = int(np.nanargmax(high - low))
         frequency = float(bounds["frequency"].values[k])
         at = bounds["resonance"].values[case, :, k]
         peaks = f"{low[k]:12.6g} {units} at {at[0]:.6g} Hz to {high[k]:12.6g} {units} at {at[1]:.6g} Hz"
-        lines.append(f"  force {level:<8g} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
+        lines.append(f"  {level} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
     return [*lines, *(f"  {sentence}" for sentence in bounds_warnings(bounds))]
 
 
@@ -371,8 +375,8 @@ def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each case that did not reach the end of its band, and for each force level without bounds."""
     if _bounds_alone(dataset):
         return bounds_failures(dataset)
-    cases = zip(dataset["force_level"].values, dataset["case_outcome"].values, dataset["case_message"].values, strict=True)
-    broken = [f"force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
+    messages, lost = dataset["case_message"].values, dataset["case_outcome"].values != Outcome.CONVERGED
+    broken = [f"{_level(dataset, case)}: {messages[case]}".strip() for case in np.flatnonzero(lost).tolist()]
     return broken + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
 
 
