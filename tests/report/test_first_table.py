@@ -52,7 +52,7 @@ def test_several_cycles_open_with_a_row_each():
 
 def test_an_evolution_names_its_jammed_cycles_and_does_not_call_one_cycle_a_failure():
     """With one cycle for each friction none can be steady; that some jam is said beside what was computed."""
-    dataset = damper_evolution(damper(), out_of_phase(20e-6), [0.3, 1.2], steps=100).dataset
+    dataset = damper_evolution(damper(), out_of_phase(20e-6), [0.3, 1.2], cycles=1, steps=100).dataset
     assert list(dataset["outcome"].values) == ["not_steady", "jammed"]
     results = {"a": dataset.assign_attrs(analysis="damper_evolution")}
     html = overview(results, Charts(["a"])) + page.failures(results, Charts(["a"]))
