@@ -113,7 +113,20 @@ def test_results_without_a_common_force_level_are_not_compared(dataset):
     assert comparison({"a": dataset, "b": other}) == comparison({"a": dataset}) == ""
     page = overview({"a": dataset, "b": other}, Charts(["a", "b"]))
     assert page.count("<table") == 2
-    assert overview({"a": dataset, "b": dataset}, Charts(["a", "b"])).count("<table") == 3
+    page = overview({"a": dataset, "b": dataset}, Charts(["a", "b"]))
+    assert page.count("<table") == 3
+    assert "; its peaks: 6 stable</summary>" in page
+
+
+def test_the_first_screen_says_what_is_known_of_stability(dataset):
+    one = dataset.assign_attrs(one_motion=0, static_history="")
+    one["highest_stability"] = ("case", "output"), np.array([[1], [0], [2]])
+    html = peaks_at_a_glance("a", one)
+    assert (
+        '<p class="note">Highest peaks: stable at 0.01 N; stability not judged at 1 N; unstable at 2 N. '
+        "[stability] judges all points.</p>"
+    ) in html
+    assert re.findall(r"unstable; ", html) == ["unstable; "]
 
 
 def test_the_first_sentence_of_a_warning_stands_open(dataset):
@@ -198,7 +211,7 @@ def test_the_console_shows_peaks_in_the_unit_of_the_report(dataset):
     head = re.search(r"Amplitude of \S+ in ([^<]+)<", peaks_at_a_glance("a", small))[1]
     size = float(small["peak_amplitude"][1, 0, 0])
     assert head == "µm"
-    assert f"{1e6 * size:12.6g} µm" in level_line(small, 1)
+    assert f" {1e6 * size:.4g} µm (error " in level_line(small, 1)
 
 
 def test_each_force_level_has_its_smallest_fatigue_margin(dataset):

@@ -177,9 +177,7 @@ def test_success_is_said(dataset, tmp_path):
 def test_conclusions_are_computed_from_the_data(dataset):
     frequency, amplitude = float(dataset.peak_frequency[2, 0, 0]), float(dataset.peak_amplitude[2, 0, 0])
     sentence = level_sentence(dataset, 2).replace("\u00a0", " ")
-    assert f"tip.x peaks at {1e6 * amplitude:.4g} µm at {frequency:.2f} Hz, {561.0 - frequency:.3g} Hz" in sentence
-    lower = 100.0 * (1.0 - amplitude / float(dataset.stuck_amplitude[2, :, 0].max()))
-    assert f"{lower:.0f} % lower than with stuck contacts" in sentence
+    assert sentence.endswith(f"tip.x peaks at {1e6 * amplitude:.4g} µm at {frequency:.2f} Hz.")
     per_force = dataset.peak_amplitude.values[:, 0, 0] / dataset.force_level.values
     best = dataset.force_level.values[np.argmin(per_force)]
     assert f"force × {best:g} has the lowest response per force" in headline(dataset).replace("\u00a0", " ")

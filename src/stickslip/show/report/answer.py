@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.analyses.stress import Margin, has_fatigue, smallest_margins
 from stickslip.analyses.truncation import ALL_MODES, ALL_NODES, SEATED
+from stickslip.results import quantities
 from stickslip.results.quantities import peak_is_unstable
 from stickslip.results.schema import analysis_named
 from stickslip.results.view import (
@@ -158,8 +159,8 @@ def highest_peaks(label: str, dataset: xr.Dataset) -> str:
     answer = table(
         "answer-" + WORDLESS.sub("-", label), f"Highest peak{name} at {which}.", heads, rows, stacked=len(heads) > BESIDE
     )
-    small = str(dataset.attrs.get("static_history", ""))
-    return answer + (f'<p class="note">{text(small)}</p>' if small else "")
+    said = " ".join(filter(None, (str(dataset.attrs.get("static_history", "")), quantities.peaks_stability(dataset))))
+    return answer + (f'<p class="note">{text(said)}</p>' if said else "")
 
 
 def least_certain_first(dataset: xr.Dataset) -> list[str]:

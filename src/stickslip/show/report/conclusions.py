@@ -13,15 +13,13 @@ from stickslip.analyses.isolated import IN_THIS_BAND
 from stickslip.analyses.reached import Reached
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import view
-from stickslip.results.quantities import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged, peak_verdict
+from stickslip.results.quantities import about_all, is_unstable, peak_is_unstable, peak_verdict
 from stickslip.results.schema import CurveKind, kinds_in, shown_sentence
 from stickslip.show.report.markup import hertz, number, percent
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import counted
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-
-_ABSENT = {"free": "without contacts", "stuck": "with stuck contacts"}
 
 OUTSIDE = "Peaks outside the band, where the curve goes and comes back; they do not count."
 """Caption of their table."""
@@ -156,11 +154,11 @@ def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
     if len(within) == 1:
         noticed.append(_level_sentence(dataset, next(iter(within)), output))
     elif within:
-        noticed.append(_comparison(dataset, within, output, "the other" if noticed else "the"))
+        noticed.append(_comparison(dataset, within, "the other" if noticed else "the"))
     return " ".join(noticed)
 
 
-def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], output: int, which: str) -> str:
+def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], which: str) -> str:
     """Which of several curves is damped best."""
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
     levels = {case: float(dataset.force_level[case]) for case in peaks}
@@ -175,8 +173,7 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], output: int, w
     )
     sentence = (
         f"Of {which} {len(peaks)} {several}, {view.level_text(dataset, best)} has {lowest}: "
-        f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}"
-        f"{_reductions(dataset, best, peaks[best], output)}."
+        f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}."
     )
     if not (peaks[first].local and peaks[last].local):
         return sentence
@@ -187,7 +184,7 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], output: int, w
 
 
 def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
-    """The highest peak of one force level, against the linear resonances, or why there is none."""
+    """The highest peak of one force level, or why there is none."""
     peak = view.highest_peak(dataset, case, output)
     name, unit, size = dataset.output.values[output], view.peak_unit(dataset), _size_of(dataset)
     if peak is None:
@@ -204,21 +201,10 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
             f"{view.level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
             f"{size or 'amplitude'} of {name} is {largest}."
         )
-    unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, output)
-    end, larger = view.higher_end(dataset, case, output), ""
-    if end is not None:
-        size_there = f"{number(end.amplitude / unit.metres)} {unit.name}"
-        larger = f" It is larger, {size_there}, at an end of the curve, {hertz(end.frequency)} Hz."
-    against = ""
-    if peak.local or view.is_listed(dataset):
-        against = _shifts(dataset, case, peak, output) + _reductions(dataset, case, peak, output)
+    unstable = " This motion is unstable." if peak_is_unstable(dataset, case, output, peak.point) else ""
     return (
         f"{view.level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at "
-        f"{hertz(peak.frequency)} Hz"
-        f"{against}."
-        f"{' This motion is unstable.' if peak_is_unstable(dataset, case, output, peak.point) else ''}"
-        f"{f' Its stability is {unjudged}.' if unjudged else ''}"
-        f"{larger}"
+        f"{hertz(peak.frequency)} Hz.{unstable}"
     )
 
 
@@ -256,39 +242,11 @@ def _peaks(dataset: xr.Dataset, output: int) -> dict[int, view.Peak]:
     return {case: peak for case, peak in peaks if peak is not None and float(dataset.force_level[case]) != 0.0}
 
 
-def linear_limits(dataset: xr.Dataset) -> dict[str, str]:
-    """The linear responses to compare with, in words; one where stuck contacts add no stiffness, as cubic springs do."""
+def linear_limits(dataset: xr.Dataset) -> tuple[str, ...]:
+    """The linear responses to compare with; one where stuck contacts add no stiffness, as cubic springs do."""
     free, stuck = (dataset[f"natural_frequency_{which}"].values for which in ("free", "stuck"))
     same = free.shape == stuck.shape and np.allclose(free, stuck, rtol=1e-9, atol=0.0, equal_nan=True)
-    return {"free": _ABSENT["free"]} if same else {which: _ABSENT[which] for which in ("stuck", "free")}
-
-
-def _shifts(dataset: xr.Dataset, case: int, peak: view.Peak, output: int) -> str:
-    """How far a peak lies from the linear resonances; of several in the band that of the same mode is meant."""
-    shifts = []
-    for which, absent in linear_limits(dataset).items():
-        linear = reference(dataset, which, case, peak, output)
-        if linear is not None:
-            natural, band = dataset[f"natural_frequency_{which}"].values, dataset.linear_frequency.values
-            several = np.count_nonzero((natural >= band.min()) & (natural <= band.max())) > 1
-            shift = peak.frequency - linear[0]
-            side = "above" if shift > 0 else "below"
-            away = f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side}"
-            meant = f"the {'resonance of this mode' if several else 'resonance'} {absent}"
-            shifts.append(f"{'at' if abs(shift) < SAME * linear[0] else away} {meant}")
-    return ", " + " and ".join(shifts) if shifts else ""
-
-
-def _reductions(dataset: xr.Dataset, case: int, peak: view.Peak, output: int) -> str:
-    """How much lower or higher a peak is than the linear resonances."""
-    changes = []
-    for which, absent in linear_limits(dataset).items():
-        linear = reference(dataset, which, case, peak, output)
-        if linear is not None:
-            change = peak.amplitude / linear[1] - 1.0
-            other = f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than"
-            changes.append(f"{'as high as' if abs(change) < SAME else other} {absent}")
-    return "; " + ", ".join(changes) if changes else ""
+    return ("free",) if same else ("stuck", "free")
 
 
 def failures_of(dataset: xr.Dataset) -> list[str]:

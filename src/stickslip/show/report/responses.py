@@ -55,8 +55,9 @@ from stickslip.show.plots.response_curves import (
 )
 from stickslip.show.plots.time_response import bound_cycles, contact_forces, force_ratios, loops
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
+from stickslip.show.report.answer import error_words
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence, reached_sentences
-from stickslip.show.report.markup import Charts, Presentation, framed, hertz, presents, section
+from stickslip.show.report.markup import Charts, Presentation, framed, hertz, number, presents, section
 from stickslip.show.report.stress import (
     fatigue_sentences,
     fatigue_table,
@@ -298,7 +299,7 @@ def outside_lines(dataset: xr.Dataset) -> list[str]:
     case, peak = max(found, key=lambda pair: pair[1].amplitude)
     measure, (factor, units) = measure_in(dataset), _unit(dataset, "peak_amplitude")
     size = factor * peak.amplitude / measure.per(float(dataset["force_level"][case]))
-    return [f"  outside the band, where it does not count: {peak.frequency:.6g} Hz, {measure.kind} {size:.6g} {units}"]
+    return [f"  outside the band, where it does not count: {hertz(peak.frequency)} Hz, {measure.kind} {number(size)} {units}"]
 
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
@@ -326,7 +327,7 @@ def bound_sentences(bounds: xr.Dataset) -> list[str]:
         k = int(np.nanargmax(high - low))
         frequency = float(bounds["frequency"].values[k])
         at = bounds["resonance"].values[case, :, k]
-        peaks = f"{low[k]:12.6g} {units} at {at[0]:.6g} Hz to {high[k]:12.6g} {units} at {at[1]:.6g} Hz"
+        peaks = f"{number(low[k])} {units} at {hertz(at[0])} Hz to {number(high[k])} {units} at {hertz(at[1])} Hz"
         lines.append(f"  {level} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
     return [*lines, *(f"  {sentence}" for sentence in bounds_warnings(bounds))]
 
@@ -337,8 +338,8 @@ def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
     frequencies, (low, high) = bounds["frequency"].values, factor * bounds["amplitude"].values[case]
     top = int(np.nanargmax(high))
     return (
-        f"furthest apart at {frequencies[widest]:.6g} Hz: {low[widest]:.6g} to {high[widest]:.6g} {units}; "
-        f"highest bound {high[top]:.6g} {units} at {frequencies[top]:.6g} Hz"
+        f"furthest apart at {hertz(frequencies[widest])} Hz: {number(low[widest])} to {number(high[widest])} {units}; "
+        f"highest bound {number(high[top])} {units} at {hertz(frequencies[top])} Hz"
     )
 
 
@@ -351,8 +352,9 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     size = factor * highest.amplitude / measure.per(float(dataset["force_level"][case]))
     if not highest.local:
         what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
-        return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
-    sentence = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
+        return f"{what} {hertz(highest.frequency)} Hz: {measure.kind} {number(size)} {units}"
+    error, loss = error_words(dataset, case, 0), number(highest.loss_factor)
+    sentence = f"{hertz(highest.frequency):>9} Hz   {measure.kind} {number(size):>8} {units} (error {error})   loss factor {loss}"
     sentence += ", unstable" if quantities.peak_is_unstable(dataset, case, 0, highest.point) else ""
     unjudged = "" if quantities.none_is_judged(dataset) else quantities.peak_unjudged(dataset, case, 0)
     sentence += f", stability {unjudged}" if unjudged else ""
@@ -361,7 +363,7 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     if end is None:
         return sentence
     size = factor * end.amplitude / measure.per(float(dataset["force_level"][case]))
-    return f"{sentence}; higher at an end of the curve, {end.frequency:.6g} Hz: {size:.6g} {units}"
+    return f"{sentence}; higher at an end of the curve, {hertz(end.frequency)} Hz: {number(size)} {units}"
 
 
 def _unit(dataset: xr.Dataset, variable: str) -> tuple[float, str]:

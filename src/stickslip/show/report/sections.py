@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -11,9 +12,9 @@ import numpy as np
 from stickslip.analyses.contacts_at_rest import by_surface
 from stickslip.analyses.truncation import finer_sentences
 from stickslip.analyses.variability.bounds import detached, has_bounds
-from stickslip.results import view
+from stickslip.results import quantities, view
 from stickslip.results.schema import in_system, system_of
-from stickslip.results.view import representatives, spread
+from stickslip.results.view import spread
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, loops_at, loops_of, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
@@ -81,7 +82,10 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         parts += [highest_peaks(label, dataset)] if compared else [own, peaks_at_a_glance(label, dataset)]
         parts += [f'<div class="note">{note}</div>']
     if compared:
-        each = f"<details><summary>Each result, against linear responses</summary>{''.join(parts)}</details>"
+        known = Counter(verdict for data in datasets.values() for verdict, of in quantities.verdicts(data).items() for _ in of)
+        stability = ", ".join(f"{count} {verdict}" for verdict, count in known.items())
+        head = f"Each result, against linear responses; its peaks: {stability}"
+        each = f"<details><summary>{text(head)}</summary>{''.join(parts)}</details>"
         parts = [compared, answered, warnings_at_a_glance(warnings), each]
     return section("overview", "Overview", *parts)
 
@@ -148,12 +152,7 @@ def peaks(datasets: Datasets, charts: Charts) -> str:
     for label, dataset in datasets.items():
         if dataset.sizes["case"] < 2:
             continue
-        shown = representatives(dataset, MOST_SHOWN)
-        note = f'<p class="note">{text(f"Shown: {shown.words}.")}</p>' if shown.words else ""
-        items = "".join(f"<li>{text(conclusions.level_sentence(dataset, case))}</li>" for case in shown.cases)
-        said = f"<p>{text(conclusions.headline(dataset))}</p>{note}<ul>{items}</ul>"
-        folded = f"<details><summary>{text(label)}: each force level</summary>{said}</details>"
-        levels.append(folded if len(datasets) > 1 else said)
+        levels.append(f"<p>{text(f'{label}: ' if len(datasets) > 1 else '')}{text(conclusions.headline(dataset))}</p>")
     return section("peaks-section", "Peaks", trend, *levels, *parts)
 
 

@@ -54,7 +54,7 @@ def fatigue_sentences(dataset: xr.Dataset) -> list[str]:
         worst = smallest.get(case)
         answer = "no point was found"
         if worst:
-            answer = f"margin {worst.size:.3g} at {worst.frequency:.6g} Hz, {worst.place}"
+            answer = f"margin {worst.size:.3g} at {hertz(worst.frequency)} Hz, {worst.place}"
         lines.append(f"  {level_text(dataset, case):<14} {answer}")
     return lines
 
@@ -190,7 +190,7 @@ def strain_sentences(dataset: xr.Dataset) -> list[str]:
     lines, levels = ["largest strain amplitude at gauges"], dataset["force_level"].values
     for largest in largest_strains(dataset):
         limit = "" if np.isnan(largest.limit) else f"; limit {largest.limit / MICRO:.4g} µm/m"
-        size = f"{largest.amplitude / MICRO:.4g} µm/m at {largest.frequency:.6g} Hz"
+        size = f"{largest.amplitude / MICRO:.4g} µm/m at {hertz(largest.frequency)} Hz"
         lines.append(f"  force {levels[largest.case]:<8g} {size}, {largest.gauge}{limit}")
     return lines
 
@@ -203,7 +203,7 @@ def stress_sentences(dataset: xr.Dataset) -> list[str]:
         worst = max(of_case, key=lambda stress: stress.von_mises, default=None)
         answer = "no point was found"
         if worst:
-            answer = f"{worst.von_mises / unit:.4g} {name} at {worst.frequency:.6g} Hz, {worst.place}"
+            answer = f"{worst.von_mises / unit:.4g} {name} at {hertz(worst.frequency)} Hz, {worst.place}"
         lines.append(f"  {level_text(dataset, case):<14} {answer}")
     return lines
 
