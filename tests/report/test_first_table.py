@@ -12,7 +12,7 @@ from stickslip.model.rigs import laboratory_damper
 from stickslip.show.plots.damper_cycle import damper_cycles
 from stickslip.show.report import page
 from stickslip.show.report.free_decay import stepped_tables
-from stickslip.show.report.markup import Charts, Presentation
+from stickslip.show.report.markup import NOT_ESTIMATED, Charts, Presentation, presentation_of, presentations
 from stickslip.show.report.page import overview
 
 
@@ -137,3 +137,16 @@ def test_warnings_of_curves_stand_before_the_chart(monkeypatch):
     html = overview({"a": dataset}, Charts(["a"]))
     warning = '<details class="warning"><summary>Curve 1: Too few samples.</summary>Take 512.</details>'
     assert html.index(warning) < html.index('class="place"') < html.index("<li>curve 1: 1 mm</li>")
+
+
+def test_every_page_says_how_sure_it_is():
+    """An analysis shows an error, or is among those that say why there is none: below the answer, and on the console."""
+    shows_errors = {"campbell", "contact_law", "decay_prediction", "forced_response", "identification", "measured_decay"}
+    shows_errors |= {"response_bounds", "response_identification", "response_prediction"}
+    assert set(NOT_ESTIMATED) == set(presentations()) - shows_errors
+    cycle = damper_cycle(damper(), in_phase(30e-6), steps=100).dataset.assign_attrs(analysis="damper_cycle")
+    said = "The error of the time steps is not estimated: double `steps` to see it"
+    assert presentation_of(cycle).sentences(cycle)[-1] == said
+    html = overview({"a": cycle}, Charts(["a"]))
+    assert html.count(f'<p class="note">{said}.</p>') == 1
+    assert html.index("</table>") < html.index(said) < html.index('class="place"')

@@ -14,8 +14,8 @@ import stickslip as ss
 from stickslip import analyses, laboratory
 from stickslip.results.quantities import NOT_JUDGED
 from stickslip.results.schema import Result
-from stickslip.show.report.answer import peaks_at_a_glance
-from stickslip.show.report.conclusions import headline, warnings_of
+from stickslip.show.report.answer import comparison, peaks_at_a_glance
+from stickslip.show.report.conclusions import failures_of, warnings_of
 from stickslip.show.report.markup import presentation_of
 from stickslip.show.report.nonlinear_modes import PRESENTATION
 from stickslip.show.report.page import _sentence, common_title
@@ -127,8 +127,9 @@ def test_a_curve_that_is_higher_at_its_end_than_at_its_peak_says_so():
     assert "higher at" not in next(line for line in str(found).splitlines() if line.startswith("  force 0.05"))
     (warning,) = (one for one in warnings_of(dataset) if "larger at an end of its curve" in one)
     assert warning.startswith("0.1 N: 1.x")
-    best = headline(dataset).replace("\u00a0", " ")
-    assert best.startswith("1 of 2 curves is highest at an end of the band, beyond which a peak may lie. 0.05 N: 1.x peaks at")
+    low, high = comparison({"a": dataset, "b": dataset.assign(peak_amplitude=2.0 * dataset["peak_amplitude"])}).split("At ")
+    assert "a at 0.05\xa0N" in low
+    assert high.startswith("0.1\xa0N the order of the peaks is open"), "a higher peak may lie beyond the end"
 
 
 def test_a_curve_that_broke_off_is_not_compared_with_those_that_did_not():
@@ -141,12 +142,12 @@ def test_a_curve_that_broke_off_is_not_compared_with_those_that_did_not():
     assert found.case_outcome.values.tolist() == [1, 1, 2]
     assert np.isfinite(found.peak_amplitude.values[:2]).any(axis=(1, 2)).all()
     assert not np.isfinite(found.peak_amplitude.values[2]).any(), "a curve has no peak where it is lost"
-    first = headline(found).replace("\u00a0", " ")
-    assert first.startswith("1 of 3 curves is incomplete. Of the other 2 force levels, 0.3 N has the lowest response per force")
-    for cases in ([2], [0, 2]):
-        some = headline(found.isel(case=cases)).replace("\u00a0", " ")
-        assert ("1 N: the curve broke off at" in some) == (cases == [2])
-        assert some.startswith("1 N: the curve" if cases == [2] else "1 of 2 curves is incomplete. 0.3 N: 1.x peaks at")
+    table = peaks_at_a_glance("a", found)
+    assert table.count("the curve broke off") == table.count("cannot be judged") == 1
+    (failure,) = [words for words in failures_of(found) if "did not reach the end of the band" in words]
+    assert failure.startswith("1 N: ")
+    lower = found.assign(peak_amplitude=0.5 * found["peak_amplitude"], amplitude=0.5 * found["amplitude"])
+    assert "At 1\xa0N the order of the peaks is open" in comparison({"a": found, "b": lower})
 
 
 def test_of_many_failures_the_first_are_printed(response):
@@ -209,7 +210,7 @@ def test_that_no_stability_was_judged_is_said_once(response):
         lines = presentation_of(data).sentences(data)
         assert sum(NOT_JUDGED in line for line in lines) == once
         assert sum(", stability undecided" in line for line in lines) == on_lines
-        assert (NOT_JUDGED in headline(data)) == bool(once)
+        assert (NOT_JUDGED in peaks_at_a_glance("a", data)) == bool(once)
 
 
 @pytest.mark.parametrize(

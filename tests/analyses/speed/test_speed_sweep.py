@@ -196,7 +196,7 @@ def test_peaks_stand_beside_linear_resonances_with_an_estimate_of_their_error():
     assert re.search(r"estimated error \d\.\d %, (harmonics|samples)", said)
     assert f"{share:.0f} % lower than with stuck contacts" in said
     assert "warning, engine order 2, 6 N: " in said
-    assert "The error is not estimated for loss factors, lower peaks and other points of the curves." in said
+    assert "The error is not estimated for loss factors, lower peaks and other points of the curves" in said
 
 
 def test_all_engine_orders_have_the_samples_that_are_shown():

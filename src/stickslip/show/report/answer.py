@@ -30,7 +30,7 @@ from stickslip.results.view import (
     representatives,
     spread,
 )
-from stickslip.show.report.conclusions import SAME, failures_of, level_sentence, linear_limits, reference, unbroken, warnings_of
+from stickslip.show.report.conclusions import SAME, failures_of, linear_limits, reference, unbroken, warnings_of
 from stickslip.show.report.markup import cell, hertz, number, percent, picture, presentations, table, text
 from stickslip.support.checks import counted, listed
 from stickslip.support.late import xr
@@ -224,7 +224,7 @@ def _row(dataset: xr.Dataset, case: int, output: int, named: bool, limits: Seque
     begin = cell(level_text(dataset, case), float(dataset["force_level"][case]))
     begin += cell(str(dataset["output"].values[output])) if named else ""
     if peak is None:
-        none = level_sentence(dataset, case, output).partition(": ")[2]
+        none = "not computed." if int(dataset["case_outcome"].values[case]) == Outcome.STOPPED else "no point converged."
         width = 3 + (order > 0) + len(limits) + has_fatigue(dataset)
         return f'<tr>{begin}<td colspan="{width}">{text(none)}</td></tr>'
     cells = [begin, cell(hertz(peak.frequency), peak.frequency, _note(dataset, case, peak))]
@@ -245,9 +245,10 @@ def _note(dataset: xr.Dataset, case: int, peak: Peak) -> str:
     """Why the largest point of a curve is no peak."""
     if peak.local:
         return ""
-    if int(dataset["case_outcome"].values[case]) == Outcome.STOPPED:
-        return "not finished"
-    return "largest listed" if is_listed(dataset) else "no peak in the band"
+    if is_listed(dataset):
+        return "largest listed"
+    ended = {Outcome.CONVERGED: "no peak in the band", Outcome.STOPPED: "not finished"}
+    return ended.get(Outcome(int(dataset["case_outcome"].values[case])), "the curve broke off")
 
 
 def _change(dataset: xr.Dataset, which: str, case: int, output: int) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 
@@ -13,10 +12,9 @@ from stickslip.analyses.isolated import IN_THIS_BAND
 from stickslip.analyses.reached import Reached
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import view
-from stickslip.results.quantities import about_all, is_unstable, peak_is_unstable, peak_verdict
+from stickslip.results.quantities import is_unstable, peak_is_unstable, peak_verdict
 from stickslip.results.schema import CurveKind, kinds_in, shown_sentence
 from stickslip.show.report.markup import hertz, number, percent
-from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import counted
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
@@ -26,13 +24,6 @@ OUTSIDE = "Peaks outside the band, where the curve goes and comes back; they do 
 
 SAME = 5e-4
 """Relative difference of two frequencies or amplitudes below which a sentence calls them the same."""
-
-
-def headline(dataset: xr.Dataset, output: int = 0) -> str:
-    """The highest of the curves that no sweep meets beside that of the sweep, and what the sweeps show over all force levels."""
-    stability = about_all(dataset) if _peaks(dataset, output) else ""
-    sentences = further_curves_sentence(dataset, output), _of_sweeps(dataset, output), stability
-    return unbroken(" ".join(filter(None, sentences)))
 
 
 def bounds_headline(bounds: xr.Dataset) -> str:
@@ -50,11 +41,6 @@ def bounds_headline(bounds: xr.Dataset) -> str:
         f"Over all start states of the contacts the {what} of {view.level_text(bounds, int(case))} lies between {ends[0]} and "
         f"{ends[1]}, at {where}: {apart}, the widest range found."
     )
-
-
-def level_sentence(dataset: xr.Dataset, case: int, output: int = 0) -> str:
-    """The highest peak of one force level."""
-    return unbroken(_level_sentence(dataset, case, output))
 
 
 def unbroken(sentence: str) -> str:
@@ -133,98 +119,6 @@ def reached_sentences(dataset: xr.Dataset) -> list[str]:
     return sentences
 
 
-def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
-    """A comparison of the complete curves; of one curve, or where all are incomplete, the peak of each."""
-    every = _peaks(dataset, output)
-    if not every:
-        return "No point converged, so nothing can be concluded."
-    peaks = {case: peak for case, peak in every.items() if not _incomplete(dataset, case)}
-    if len(every) == 1 or not peaks:
-        return " ".join(_level_sentence(dataset, case, output) for case in every)
-    listed = view.is_listed(dataset)
-    inside = (case for case in peaks if listed or (peaks[case].local and view.higher_end(dataset, case, output) is None))
-    within = {case: peaks[case] for case in inside}
-    excluded = {
-        "incomplete": len(every) - len(peaks),
-        "highest at an end of the band, beyond which a peak may lie": len(peaks) - len(within),
-    }
-    noticed = [
-        f"{count} of {len(every)} curves {'is' if count == 1 else 'are'} {words}." for words, count in excluded.items() if count
-    ]
-    if len(within) == 1:
-        noticed.append(_level_sentence(dataset, next(iter(within)), output))
-    elif within:
-        noticed.append(_comparison(dataset, within, "the other" if noticed else "the"))
-    return " ".join(noticed)
-
-
-def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], which: str) -> str:
-    """Which of several curves is damped best."""
-    normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
-    levels = {case: float(dataset.force_level[case]) for case in peaks}
-    best, first = (min(values, key=lambda case: values[case]) for values in (normalised, levels))
-    last = max(levels, key=lambda case: levels[case])
-    unit = view.peak_unit(dataset)
-    factor, per_force = view.per_force_unit(dataset, " per unit level")
-    several = "curves" if "start" in dataset.coords else "force levels"
-    response = _size_of(dataset) or "response"
-    lowest = (
-        f"the lowest {response} per force at its peak" if peaks[best].local else f"the lowest maximum of the {response} per force"
-    )
-    sentence = (
-        f"Of {which} {len(peaks)} {several}, {view.level_text(dataset, best)} has {lowest}: "
-        f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}."
-    )
-    if not (peaks[first].local and peaks[last].local):
-        return sentence
-    return (
-        f"{sentence} From {view.level_text(dataset, first)} to {view.level_text(dataset, last)} the peak moves from "
-        f"{hertz(peaks[first].frequency)} to {hertz(peaks[last].frequency)} Hz."
-    )
-
-
-def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
-    """The highest peak of one force level, or why there is none."""
-    peak = view.highest_peak(dataset, case, output)
-    name, unit, size = dataset.output.values[output], view.peak_unit(dataset), _size_of(dataset)
-    if peak is None:
-        none = "not computed" if _stopped(dataset, case) else "no point converged"
-        return f"{view.level_text(dataset, case)}: {none}."
-    where = "of the listed frequencies the" if view.is_listed(dataset) else "no peak inside the band; the"
-    what = f"{name} peaks at" if peak.local else f"{where} largest computed {size or 'amplitude'} of {name} is"
-    what = what.replace("peaks", f"peaks in {size}") if size else what
-    if _incomplete(dataset, case) and not peak.local and not view.is_listed(dataset):
-        last = hertz(float(dataset["frequency"].values[case, view.converged_points(dataset, case)[-1]]))
-        largest = f"{number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
-        ended = "run was stopped" if _stopped(dataset, case) else "curve broke off"
-        return (
-            f"{view.level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
-            f"{size or 'amplitude'} of {name} is {largest}."
-        )
-    unstable = " This motion is unstable." if peak_is_unstable(dataset, case, output, peak.point) else ""
-    return (
-        f"{view.level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at "
-        f"{hertz(peak.frequency)} Hz.{unstable}"
-    )
-
-
-def _incomplete(dataset: xr.Dataset, case: int) -> bool:
-    """Whether a curve ends before its band does, or lacks points that were asked for."""
-    return int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED
-
-
-def _stopped(dataset: xr.Dataset, case: int) -> bool:
-    return int(dataset["case_outcome"].values[case]) == Outcome.STOPPED
-
-
-def _size_of(dataset: xr.Dataset) -> str:
-    """What peaks are of, in a word or two; "" for displacement amplitudes, which go without saying."""
-    measure = replace(view.measure_in(dataset), per_force=False)
-    if measure == DISPLACEMENT_AMPLITUDE:
-        return ""
-    return measure.quantity.name if measure.kind == "amplitude" else measure.symbol
-
-
 def reference(dataset: xr.Dataset, which: str, case: int, peak: view.Peak, output: int = 0) -> tuple[float, float] | None:
     """The "free" or "stuck" resonance of the mode of a peak: natural frequency, Hz, and size of the linear curve."""
     linear = view.linear_peak(dataset, which, case, peak.frequency, output, peak.amplitude)
@@ -234,12 +128,6 @@ def reference(dataset: xr.Dataset, which: str, case: int, peak: view.Peak, outpu
     natural = natural[np.isfinite(natural)]
     near = natural[np.abs(natural / linear[0] - 1.0) < 0.02] if natural.size else natural
     return (float(near[np.argmin(np.abs(near - linear[0]))]) if near.size else linear[0]), linear[1]
-
-
-def _peaks(dataset: xr.Dataset, output: int) -> dict[int, view.Peak]:
-    sweeps = [case for case, kind in enumerate(kinds_in(dataset)) if kind == CurveKind.SWEEP]
-    peaks = ((case, view.highest_peak(dataset, case, output)) for case in sweeps or range(dataset.sizes["case"]))
-    return {case: peak for case, peak in peaks if peak is not None and float(dataset.force_level[case]) != 0.0}
 
 
 def linear_limits(dataset: xr.Dataset) -> tuple[str, ...]:

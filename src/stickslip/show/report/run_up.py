@@ -11,10 +11,6 @@ from stickslip.show.plots.speed_sweep import run_up
 from stickslip.show.report.markup import Presentation, always, hertz, presents
 from stickslip.support.late import pd, xr
 
-NO_ERROR = (
-    "The error of the time steps is not estimated: double steps_per_period to see it. Stiffness and constant loads "
-    "are those at the middle of each cycle"
-)
 ANSWER, CYCLES = "largest amplitudes", "every cycle"
 
 
@@ -34,7 +30,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             f"{float(top['speed']):.5g} rev/min ({hertz(float(top['frequency']))} Hz), {float(top['time']):.4g} s after the start"
         )
         lines.append(f"{name}: {top['output'].item()} at most {size} at {where}; largest displacement of the run {largest}")
-    return [*lines, NO_ERROR, *warnings]
+    return [*lines, *warnings]
 
 
 def _largest(dataset: xr.Dataset, case: int, output: int) -> xr.Dataset:

@@ -148,12 +148,7 @@ def peaks(datasets: Datasets, charts: Charts) -> str:
     trend = ""
     if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
         trend = charts.place("chart-trend", partial(compared_peaks, datasets), [Choice("Output", _outputs(*datasets.values()))])
-    levels = []
-    for label, dataset in datasets.items():
-        if dataset.sizes["case"] < 2:
-            continue
-        levels.append(f"<p>{text(f'{label}: ' if len(datasets) > 1 else '')}{text(conclusions.headline(dataset))}</p>")
-    return section("peaks-section", "Peaks", trend, *levels, *parts)
+    return section("peaks-section", "Peaks", trend, *parts)
 
 
 def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
@@ -279,9 +274,7 @@ def failures(datasets: Datasets, charts: Charts) -> str:
         head = f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
         causes = "".join(f"<li>{text(sentence)}</li>" for sentence in conclusions.failures_of(dataset))
         fine = f"<p>Every point converged: {counted(count, 'point')} on {counted(dataset.sizes['case'], 'curve')}.</p>"
-        warnings = "".join(f"<li>{text(sentence)}</li>" for sentence in conclusions.warnings_of(dataset))
-        warned = f'<p>Warnings:</p><ul class="warnings">{warnings}</ul>' if warnings else ""
-        parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine) + warned)
+        parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine))
     return section("failures", "What failed, and why", *parts)
 
 

@@ -16,7 +16,6 @@ from stickslip.support.outcome import Outcome
 
 MOST = 12
 """Curves, or crossings, with a sentence each."""
-NO_ESTIMATE = "The error is not estimated for loss factors, lower peaks and other points of the curves."
 LINEAR = {"stuck": "with stuck contacts", "free": "without contacts"}
 """The linear responses that peaks are compared with."""
 
@@ -32,7 +31,6 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         highest = _highest(dataset, int(e), int(case))
         lines = [f"highest peak: {highest}", *(line for line in lines if line != highest)]
     lines += [f"{MOST} of {len(curves)} curves; the report shows all"] if len(curves) > MOST else []
-    lines += [NO_ESTIMATE] if np.isfinite(peaks).any() else []
     warnings = []
     for e, case in curves:
         # The message of a curve that arrived warns of what follows its first sentence.
