@@ -80,7 +80,7 @@ def test_warnings_that_differ_in_their_numbers_are_one_that_opens_with_the_large
     )
     html = peaks_at_a_glance("a", found)
     first = re.search(r'<details class="warning"><summary>(.*?)</summary>', html)[1]
-    assert first == "1 N: The load changes it: 1.5 µm (-32.9 %). 2 more curves warn of the same, of less."
+    assert first == "1 N: The load changes it: 1.5 µm (-32.9 %). 2 more curves have the same warning, with smaller changes."
     assert "more warning" not in html
     assert re.findall(r"<li>([\d.]+ N): ", html) == ["2 N", "0.01 N"]
 

@@ -200,8 +200,10 @@ def _warning(group: Sequence[tuple[str, str]]) -> str:
     first = head + sentences.pop(max(range(len(sentences)), key=lambda k: _largest_percent(sentences[k])))
     if not sentences and not others:
         return f'<p class="warning">{text(first)}</p>'
-    less = ", of less" if _largest_percent(rest) else ""
-    first += f" {counted(len(others), 'more curve')} warn{'' if len(others) > 1 else 's'} of the same{less}." if others else ""
+    less = ", with smaller changes" if _largest_percent(rest) else ""
+    first += (
+        f" {counted(len(others), 'more curve')} {'have' if len(others) > 1 else 'has'} the same warning{less}." if others else ""
+    )
     more = "".join(f"<li>{text(f'{of}: {words}')}</li>" for of, words in others)
     listing = f"<ul>{more}</ul>" if more else ""
     return f'<details class="warning"><summary>{text(first)}</summary>{text(" ".join(sentences))}{listing}</details>'

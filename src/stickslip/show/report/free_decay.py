@@ -232,7 +232,7 @@ def stepped_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     if "balance_amplitude" in dataset:
         columns["harmonic balance [m]"] = "balance_amplitude"
     columns["largest displacement [m]"] = "max_abs"
-    frequency, distance = dataset["frequency"].values, 100.0 * dataset["distance"].values
+    frequency, distance = dataset["frequency"].values, np.round(100.0 * dataset["distance"].values, 3)
     distance = np.where(np.isfinite(distance), distance, np.nan)
     top, every = [], []
     for output, way, step in highest(dataset):

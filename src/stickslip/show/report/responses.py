@@ -22,7 +22,7 @@ from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.analyses.variability.samples import percentiles as percentiles_of
 from stickslip.results import quantities
-from stickslip.results.schema import CurveKind, in_system, kind_words, kinds_in, shown_table, system_of
+from stickslip.results.schema import CurveKind, Row, in_system, kind_words, kinds_in, shown_table, system_of
 from stickslip.results.view import (
     chosen_levels,
     force_text,
@@ -406,6 +406,7 @@ PRESENTATION = presents(
 )
 
 
+HELD_ANSWER = "force and displacement at 90 degrees"
 MOST_HELD = 12
 """Amplitudes with a sentence each."""
 
@@ -415,18 +416,19 @@ def _held_name(dataset: xr.Dataset, case: int) -> str:
 
 
 def held_sentences(dataset: xr.Dataset) -> list[str]:
-    """Where force and displacement are at 90°, for each amplitude: the lowest force."""
-    lines, count, held = [], dataset.sizes["case"], f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"
+    """What is held, and where force and displacement are at 90°, for each amplitude: the lowest force."""
+    count, held = dataset.sizes["case"], f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"
+    lines = [f"{held} at {counted(count, 'amplitude')}; at phase resonance the force is lowest, 90° from the displacement"]
     factor, unit = in_system("N", system_of(dataset))
     for case in range(min(count, MOST_HELD)):
         resonances_of_case = dataset["resonance_frequency"].values[case]
         if not (resonances_of_case.size and np.isfinite(resonances_of_case[0])):
-            lines.append(f"{held} at {_held_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
+            lines.append(f"  {_held_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
             continue
         force, loss = (float(dataset[f"resonance_{name}"].values[case, 0]) for name in ("force_level", "loss_factor"))
         size = f"{factor * force:.4g} {unit}" if dataset["force_level"].attrs["units"] == "N" else f"force level {force:.4g}"
         at = f"{size} at {hertz(float(resonances_of_case[0]))} Hz"
-        lines.append(f"{held} at {_held_name(dataset, case)}: phase resonance with {at}, loss factor {loss:.4g}")
+        lines.append(Row(f"  {_held_name(dataset, case)}: phase resonance with {at}, loss factor {loss:.4g}"))
     if count > MOST_HELD:
         lines.append(f"{MOST_HELD} of {count} amplitudes; all stand in the report")
     return lines
@@ -458,7 +460,7 @@ def held_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             points.append((amplitude, *(float(dataset[name].values[case, k]) for name in columns)))
     at_90 = pd.DataFrame(rows, columns=[held, "frequency [Hz]", force, "loss factor"])
     curves = pd.DataFrame(points, columns=[held, "frequency [Hz]", force, "phase [degree]", "loss factor"])
-    return {"force and displacement at 90 degrees": at_90, "controlled response": curves}
+    return {HELD_ANSWER: at_90, "controlled response": curves}
 
 
 def held_figures(dataset: xr.Dataset) -> Figures:
@@ -469,5 +471,6 @@ def held_figures(dataset: xr.Dataset) -> Figures:
 
 
 HELD_PRESENTATION = presents(
-    "controlled_response", Presentation("Controlled response", held_sentences, held_failures, held_figures, held_tables)
+    "controlled_response",
+    Presentation("Controlled response", held_sentences, held_failures, held_figures, held_tables, answer=HELD_ANSWER),
 )

@@ -46,14 +46,10 @@ def failures(dataset: xr.Dataset) -> list[str]:
     return [f"{_name(dataset, case)}: {dataset['message'].values[case]}" for case in ended]
 
 
-HEADS = {"engine_order": "engine order", "force_level": "", "output": "output", "cycle": "cycle"}
+HEADS = {"engine_order": "engine order", "force_level": "force level", "output": "output", "cycle": "cycle"}
 HEADS |= {"amplitude": "amplitude [m]", "speed": "speed [rev/min]", "frequency": "frequency [Hz]", "time": "time [s]"}
 HEADS |= {"max_abs": "largest displacement [m]", "largest": "largest displacement [m]"}
 """Columns of the tables by the names of the dataset."""
-
-
-def _heads(dataset: xr.Dataset) -> dict[str, str]:
-    return {**HEADS, "force_level": level_head(dataset)}
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -61,14 +57,14 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     names = [name for name in HEADS if name not in ("cycle", "max_abs")]
     tops = [_largest(dataset, *place) for place in np.ndindex(dataset.sizes["case"], dataset.sizes["output"])]
     rows = [[top[name].item() for name in names] for top in tops]
-    return {ANSWER: pd.DataFrame(rows, columns=[_heads(dataset)[name] for name in names])}
+    return {ANSWER: pd.DataFrame(rows, columns=names).rename(columns=HEADS | {"force_level": level_head(dataset)})}
 
 
 def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every cycle of every run."""
     names = [name for name in HEADS if name != "largest"]
     table = dataset[["time", "speed", "frequency", "amplitude", "max_abs"]].to_dataframe().reset_index()
-    return {CYCLES: table.dropna(subset=["time"])[names].rename(columns=_heads(dataset))}
+    return {CYCLES: table.dropna(subset=["time"])[names].rename(columns=HEADS | {"force_level": level_head(dataset)})}
 
 
 PRESENTATION = presents(
