@@ -102,7 +102,7 @@ def test_too_few_harmonics_are_a_warning():
     assert any(words[0] in sentence for sentence in warnings_of(found))
     (line,) = [line for line in sentences(found) if "More than" in line]
     worst = int(np.argmax(errors))
-    assert line.startswith(f"warning, force {found.force_level.values[worst]:g}: {words[worst]}")
+    assert line.startswith(f"warning, force {found.force_level.values[worst]:g} N: {words[worst]}")
     assert line.endswith("(2 of 3 force levels above 0.4 %)")
     enough = ss.forced_response(problem, band, 1.3, harmonics=5).dataset
     assert not [line for line in sentences(enough) if "More than" in line]
@@ -129,7 +129,7 @@ def test_an_unknown_estimate_is_said_first_and_one_without_a_curve_is_not():
     found = ss.forced_response(ss.rigs.single_mass(), band, [0.5, 1.0], harmonics=5).dataset
     lost = found.assign(truncation_error=found.truncation_error.where([[True], [False]]))
     (line,) = [line for line in sentences(lost) if "is not known" in line]
-    assert line.startswith("warning, force 1: What more than 5 harmonics would change at the highest peaks is not known")
+    assert line.startswith("warning, force 1 N: What more than 5 harmonics would change at the highest peaks is not known")
     empty = lost.assign(amplitude=lost.amplitude.where(lost.force_level < 0.9))
     assert not [line for line in sentences(empty) if "is not known" in line]
 

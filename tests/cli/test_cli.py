@@ -199,7 +199,7 @@ def test_new_check_and_run_of_a_template(tmp_path):
     study.write_text(study.read_text().replace("frequency = [145.0, 235.0]", "at = [222.0]").replace("[0.2, 0.5, 1.0]", "[1.0]"))
     result = stickslip_command("run", study, "--out", tmp_path / "out")
     assert result.exit_code == 0
-    assert "largest of the listed frequencies, at 222 Hz: amplitude 49.2812 µm" in result.output
+    assert "largest of the listed frequencies, at 222.00 Hz: amplitude 49.28 µm" in result.output
     amplitude = open_results(tmp_path / "out" / "results.nc")["amplitude"].sel(output="2.y").values.ravel()
     np.testing.assert_allclose(amplitude, [4.928118e-5], rtol=1e-5)  # an independent script of this project
 

@@ -7,11 +7,11 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.truncation import ALL_NODES
-from stickslip.show.report.answer import peaks_at_a_glance
+from stickslip.show.report.answer import comparison, peaks_at_a_glance
 from stickslip.show.report.conclusions import warnings_of
 from stickslip.show.report.markup import Charts
 from stickslip.show.report.responses import level_line
-from stickslip.show.report.sections import energies
+from stickslip.show.report.sections import energies, overview
 from stickslip.support.outcome import Outcome
 
 
@@ -43,6 +43,10 @@ def test_stuck_peaks_are_those_of_the_stuck_structure(dataset):
     assert stuck[0] == "the same"
     assert stuck[1].startswith("−")
     assert "−" in stuck[1].partition(", ")[2]
+    near = dataset.copy(deep=True)
+    near["peak_amplitude"][0] *= 0.9
+    near["peak_frequency"][0] *= 1.0 - 4e-4
+    assert cells_of(peaks_at_a_glance("a", near))[0][4] == "−10.0\xa0%, same frequency", "0.0001 Hz are below what is estimated"
 
 
 def test_the_largest_estimate_is_shown_with_its_cause(dataset):
@@ -60,11 +64,69 @@ def test_the_largest_estimate_is_shown_with_its_cause(dataset):
 def test_the_least_certain_curve_warns_first(dataset):
     found = dataset.copy(deep=True)
     found["truncation_error"][:] = [[0.01], [0.4], [0.02]]
-    found["case_message"][:] = [f"Arrived. Warning {k}." for k in range(3)]
+    found["case_message"] = "case", np.array([f"Arrived. Warning {name}." for name in "abc"])
     html = peaks_at_a_glance("a", found)
-    assert re.findall(r"Warning (\d)", html) == ["1", "2", "0"]
-    assert html.index("1 more warning") < html.index("Warning 0")
+    assert re.findall(r"Warning (\w)", html) == ["b", "c", "a"]
+    assert html.index("1 more warning") < html.index("Warning a")
     assert sum("Warning" in sentence for sentence in warnings_of(found)) == 3
+
+
+def test_warnings_that_differ_in_their_numbers_are_one_that_opens_with_the_largest(dataset):
+    found = dataset.copy(deep=True)
+    change = ("+2.5 %", "-32.9 %", "+4.0 %")
+    found["case_message"] = (
+        "case",
+        np.array([f"Arrived. The load changes it: {k}.5 µm ({much})." for k, much in enumerate(change)]),
+    )
+    html = peaks_at_a_glance("a", found)
+    first = re.search(r'<details class="warning"><summary>(.*?)</summary>', html)[1]
+    assert first == "1 N: The load changes it: 1.5 µm (-32.9 %). 2 more curves have the same warning, with smaller changes."
+    assert "more warning" not in html
+    assert re.findall(r"<li>([\d.]+ N): ", html) == ["2 N", "0.01 N"]
+
+
+def test_one_table_compares_results_and_says_which_is_lowest(dataset):
+    """Half the size is lowest beyond doubt; where the history of the load may double it, or an error is unknown, it is not."""
+    small = dataset.copy(deep=True)
+    for name in ("amplitude", "peak_amplitude"):
+        small[name] *= 0.5
+    small["history_change"] = ("case", "output"), np.array([[np.nan], [1.1], [-0.9]])
+    html = comparison({"a": dataset, "b": small})
+    name = str(dataset["output"].values[0])
+    assert re.search('headline">(.*?)</p>', html)[1].replace("\xa0", " ") == (
+        f"Lowest peak of {name}: b at 0.01 N and 2 N. "
+        "At 1 N the order of the peaks is open: see their estimated errors and warnings."
+    )
+    rows = cells_of(html)
+    assert [row[0] for row in rows] == ["a", "b"]
+    sizes = [float(value) for value in re.findall(r'data-value="([^"]+)"', html)]
+    peaks = dataset["peak_amplitude"].values[:, 0, 0]
+    assert sizes == pytest.approx([*peaks, *(0.5 * peaks)])
+    assert f"at {dataset['peak_frequency'].values[0, 0, 0]:.5g}" in rows[1][1]
+    small["truncation_error"][0], small["sampling_error"][2] = np.nan, 1.1
+    small["sampling_error"][0] = np.nan
+    assert "Lowest" not in comparison({"a": dataset, "b": small})
+
+
+def test_results_without_a_common_force_level_are_not_compared(dataset):
+    other = dataset.assign_coords(force_level=dataset["force_level"] * 3.0)
+    assert comparison({"a": dataset, "b": other}) == comparison({"a": dataset}) == ""
+    page = overview({"a": dataset, "b": other}, Charts(["a", "b"]))
+    assert page.count("<table") == 2
+    page = overview({"a": dataset, "b": dataset}, Charts(["a", "b"]))
+    assert page.count("<table") == 3
+    assert "; its peaks: 6 stable</summary>" in page
+
+
+def test_the_first_screen_says_what_is_known_of_stability(dataset):
+    one = dataset.assign_attrs(one_motion=0, static_history="")
+    one["highest_stability"] = ("case", "output"), np.array([[1], [0], [2]])
+    html = peaks_at_a_glance("a", one)
+    assert (
+        '<p class="note">Highest peaks: stable at 0.01 N; stability not judged at 1 N; unstable at 2 N. '
+        "[stability] judges all points.</p>"
+    ) in html
+    assert re.findall(r"unstable; ", html) == ["unstable; "]
 
 
 def test_the_first_sentence_of_a_warning_stands_open(dataset):
@@ -149,7 +211,7 @@ def test_the_console_shows_peaks_in_the_unit_of_the_report(dataset):
     head = re.search(r"Amplitude of \S+ in ([^<]+)<", peaks_at_a_glance("a", small))[1]
     size = float(small["peak_amplitude"][1, 0, 0])
     assert head == "µm"
-    assert f"{1e6 * size:12.6g} µm" in level_line(small, 1)
+    assert f" {1e6 * size:.4g} µm (error " in level_line(small, 1)
 
 
 def test_each_force_level_has_its_smallest_fatigue_margin(dataset):

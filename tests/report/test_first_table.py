@@ -11,7 +11,8 @@ from stickslip.model.dampers import in_phase, out_of_phase
 from stickslip.model.rigs import laboratory_damper
 from stickslip.show.plots.damper_cycle import damper_cycles
 from stickslip.show.report import page
-from stickslip.show.report.markup import Charts, Presentation
+from stickslip.show.report.free_decay import stepped_tables
+from stickslip.show.report.markup import NOT_ESTIMATED, Charts, Presentation, presentation_of, presentations
 from stickslip.show.report.page import overview
 
 
@@ -30,7 +31,7 @@ def damper():
 def test_a_cycle_opens_with_its_contacts():
     dataset = damper_cycle(damper(), in_phase(30e-6), steps=100).dataset
     headline, cells, items = shown("damper_cycle", dataset)
-    assert headline.startswith(f"{1e6 * float(dataset.loop_energy):.4f}"[:5])
+    assert headline.startswith(f"{1e6 * float(dataset.loop_energy):.4g} µJ a cycle")
     assert np.array(cells)[:, 0] == pytest.approx(1e6 * dataset.friction_work.values)
     assert np.array(cells)[:, 1:4] == pytest.approx(100.0 * dataset.share.values)
     assert np.array(cells)[:, 4] == pytest.approx(dataset.normal_force.max("sample").values)
@@ -47,6 +48,32 @@ def test_several_cycles_open_with_a_row_each():
         assert [row[0] for row in cells] == list(dataset.cycle.values)
         assert [row[1] for row in cells] == pytest.approx(1e6 * dataset.loop_energy.values, abs=1e-6)
         assert not [item for item in items if item.startswith("cycle ")]
+
+
+def test_an_evolution_names_its_jammed_cycles_and_does_not_call_one_cycle_a_failure():
+    """With one cycle for each friction none can be steady; that some jam is said beside what was computed."""
+    dataset = damper_evolution(damper(), out_of_phase(20e-6), [0.3, 1.2], cycles=1, steps=100).dataset
+    assert list(dataset["outcome"].values) == ["not_steady", "jammed"]
+    results = {"a": dataset.assign_attrs(analysis="damper_evolution")}
+    html = overview(results, Charts(["a"])) + page.failures(results, Charts(["a"]))
+    assert "1 of them jammed (µ = 1.2)" in html
+    assert ">after 1 cycle</td>" in html
+    assert ">jammed</td>" in html
+    assert "Nothing failed" not in html
+    assert "not steady" not in html
+
+
+def test_dwells_that_do_not_settle_are_named_as_they_lie():
+    """Going up and back, settled ones between others: no range includes them, and a distance of 12.3 is 1230 %."""
+    frequencies = [14.0, 15.0, 16.0, 17.0, 18.0, 17.0, 16.0, 15.0]
+    dwells = ss.stepped_sine(one_mass(friction=1.0, load=1.0), frequencies, 4.0, 2, steps_per_period=50).dataset
+    dwells["distance"] = "step", np.array([12.3, np.inf, 1e-4, 2e-2, 1e-9, 0.0, 0.5, 1e-5])
+    headline, _, _ = shown("stepped_sine", dwells)
+    assert "4 end within 0.1 % of the steady motion" in headline
+    assert "The others (upwards 14.00 to 15.00, 17.00 Hz; downwards 16.00 Hz) do not" in headline
+    every = stepped_tables(dwells)["dwells"]["estimated distance from the steady motion [%]"]
+    assert every[0] == pytest.approx(1230.0)
+    assert every[3] == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("name", ["tip", "harmonic"])
@@ -110,3 +137,16 @@ def test_warnings_of_curves_stand_before_the_chart(monkeypatch):
     html = overview({"a": dataset}, Charts(["a"]))
     warning = '<details class="warning"><summary>Curve 1: Too few samples.</summary>Take 512.</details>'
     assert html.index(warning) < html.index('class="place"') < html.index("<li>curve 1: 1 mm</li>")
+
+
+def test_every_page_says_how_sure_it_is():
+    """An analysis shows an error, or is among those that say why there is none: below the answer, and on the console."""
+    shows_errors = {"campbell", "contact_law", "decay_prediction", "forced_response", "identification", "measured_decay"}
+    shows_errors |= {"response_bounds", "response_identification", "response_prediction"}
+    assert set(NOT_ESTIMATED) == set(presentations()) - shows_errors
+    cycle = damper_cycle(damper(), in_phase(30e-6), steps=100).dataset.assign_attrs(analysis="damper_cycle")
+    said = "The error of the time steps is not estimated: double `steps` to see it"
+    assert presentation_of(cycle).sentences(cycle)[-1] == said
+    html = overview({"a": cycle}, Charts(["a"]))
+    assert html.count(f'<p class="note">{said}.</p>') == 1
+    assert html.index("</table>") < html.index(said) < html.index('class="place"')

@@ -270,9 +270,9 @@ def test_places_are_spread():
 def test_the_summary_is_a_few_lines():
     lines = sentences(cloud())
     assert len(lines) == 1 + 2 * 4
-    assert lines[1] == "  force 20, 20 start states, 20 of them solved"
+    assert lines[1] == "  force × 20, 20 start states, 20 of them solved"
     assert [line.split()[0] for line in lines[2:5]] == ["lowest", "median", "highest"]
-    assert lines[5] == "  force 80, 20 start states, 19 of them solved"
+    assert lines[5] == "  force × 80, 20 start states, 19 of them solved"
     *found, rest, lifting = sentences(levels())
     assert rest == "  12 of 40 force levels; the report shows all"
     assert lifting.startswith("Detached curves were not sought")

@@ -14,8 +14,9 @@ import stickslip as ss
 from stickslip import analyses, laboratory
 from stickslip.results.quantities import NOT_JUDGED
 from stickslip.results.schema import Result
-from stickslip.show.report.conclusions import headline, level_sentence, warnings_of
-from stickslip.show.report.markup import number, presentation_of
+from stickslip.show.report.answer import comparison, peaks_at_a_glance
+from stickslip.show.report.conclusions import failures_of, warnings_of
+from stickslip.show.report.markup import presentation_of
 from stickslip.show.report.nonlinear_modes import PRESENTATION
 from stickslip.show.report.page import _sentence, common_title
 from stickslip.support.checks import rounded
@@ -100,7 +101,7 @@ def test_a_result_prints_what_failed(response):
     assert "failed" not in str(response)
     message = "The curve closed on itself. It got to 214 Hz."
     held = ss.controlled_response(ss.rigs.three_mass_wedge(), ss.hertz(210, 230), [1e-6], harmonics=1, samples=64)
-    for result, name in ((response, "force 0.5"), (held, "1e-06 m/s²")):
+    for result, name in ((response, "force × 0.5"), (held, "1e-06 m/s²")):
         assert "failed" not in str(result)
         dataset = result.dataset.copy()
         dataset["case_outcome"] = dataset["case_outcome"].copy(data=[2, *dataset["case_outcome"].values[1:]])
@@ -122,13 +123,13 @@ def test_a_curve_that_is_higher_at_its_end_than_at_its_peak_says_so():
     peak, end = float(dataset.peak_amplitude[1, 0, 0]), float(dataset.amplitude[1, :, 0].max())
     assert end > 2.0 * peak
     line = next(line for line in str(found).splitlines() if line.startswith("  force 0.1"))
-    assert line.endswith(f"higher at an end of the curve, {float(dataset.frequency[1].max()):.6g} Hz: {end:.6g} m")
+    assert line.endswith(f"higher at an end of the curve, {float(dataset.frequency[1].max()):.5g} Hz: {end:.4g} m")
     assert "higher at" not in next(line for line in str(found).splitlines() if line.startswith("  force 0.05"))
     (warning,) = (one for one in warnings_of(dataset) if "larger at an end of its curve" in one)
     assert warning.startswith("0.1 N: 1.x")
-    assert f"It is larger, {number(end)} m, at an end of the curve" in level_sentence(dataset, 1).replace("\u00a0", " ")
-    best = headline(dataset).replace("\u00a0", " ")
-    assert best.startswith("1 of 2 curves is highest at an end of the band, beyond which a peak may lie. 0.05 N: 1.x peaks at")
+    low, high = comparison({"a": dataset, "b": dataset.assign(peak_amplitude=2.0 * dataset["peak_amplitude"])}).split("At ")
+    assert "a at 0.05\xa0N" in low
+    assert high.startswith("0.1\xa0N the order of the peaks is open"), "a higher peak may lie beyond the end"
 
 
 def test_a_curve_that_broke_off_is_not_compared_with_those_that_did_not():
@@ -141,12 +142,12 @@ def test_a_curve_that_broke_off_is_not_compared_with_those_that_did_not():
     assert found.case_outcome.values.tolist() == [1, 1, 2]
     assert np.isfinite(found.peak_amplitude.values[:2]).any(axis=(1, 2)).all()
     assert not np.isfinite(found.peak_amplitude.values[2]).any(), "a curve has no peak where it is lost"
-    first = headline(found).replace("\u00a0", " ")
-    assert first.startswith("1 of 3 curves is incomplete. Of the other 2 force levels, 0.3 N has the lowest response per force")
-    for cases in ([2], [0, 2]):
-        some = headline(found.isel(case=cases)).replace("\u00a0", " ")
-        assert ("1 N: the curve broke off at" in some) == (cases == [2])
-        assert some.startswith("1 N: the curve" if cases == [2] else "1 of 2 curves is incomplete. 0.3 N: 1.x peaks at")
+    table = peaks_at_a_glance("a", found)
+    assert table.count("the curve broke off") == table.count("cannot be judged") == 1
+    (failure,) = [words for words in failures_of(found) if "did not reach the end of the band" in words]
+    assert failure.startswith("1 N: ")
+    lower = found.assign(peak_amplitude=0.5 * found["peak_amplitude"], amplitude=0.5 * found["amplitude"])
+    assert "At 1\xa0N the order of the peaks is open" in comparison({"a": found, "b": lower})
 
 
 def test_of_many_failures_the_first_are_printed(response):
@@ -168,9 +169,9 @@ def test_a_structure_that_stuck_contacts_do_not_stiffen_is_compared_with_itself_
     spring = ss.Contact("spring", ss.CubicSpring(0.5), (ss.between("1.x", "ground"),))
     problem = ss.Problem(structure, (spring,), (ss.Force("1.x", 1.0),), ("1.x",))
     found = ss.forced_response(problem, ss.radians_per_second(0.5, 2.5), 0.05, harmonics=1, samples=64).dataset
-    sentence = level_sentence(found, 0)
-    assert "without contacts" in sentence
-    assert "stuck" not in sentence
+    table = peaks_at_a_glance("a", found)
+    assert "Against no contacts" in table
+    assert "stuck" not in table
 
 
 def test_modes_print_the_peaks_of_their_force_levels_first():
@@ -209,7 +210,7 @@ def test_that_no_stability_was_judged_is_said_once(response):
         lines = presentation_of(data).sentences(data)
         assert sum(NOT_JUDGED in line for line in lines) == once
         assert sum(", stability undecided" in line for line in lines) == on_lines
-        assert (NOT_JUDGED in headline(data)) == bool(once)
+        assert (NOT_JUDGED in peaks_at_a_glance("a", data)) == bool(once)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,8 @@ from stickslip.model import rigs
 from stickslip.model.problem.systems import soft_springs
 from stickslip.results.quantities import stability_sentences
 from stickslip.show.plots.response_curves import response_curves
-from stickslip.show.report.conclusions import headline, warnings_of
+from stickslip.show.report.answer import peaks_at_a_glance
+from stickslip.show.report.conclusions import warnings_of
 from stickslip.show.report.responses import sentences, tables
 from stickslip.solve.stability.multipliers import Stability
 
@@ -106,10 +107,10 @@ def test_peaks_say_whether_they_are_stable(duffing):
 def test_an_unstable_peak_is_said_in_print_and_report(duffing):
     dataset = duffing.dataset.copy()
     assert "unstable" not in str(duffing).split("stability")[0]
-    assert "unstable" not in headline(dataset) + " ".join(warnings_of(dataset))
+    assert "unstable" not in peaks_at_a_glance("a", dataset)
     dataset["stability"] = dataset["stability"].copy(data=np.full_like(dataset["stability"].values, 2))
     assert str(replace(duffing, dataset=dataset)).splitlines()[2].endswith(", unstable")
-    assert headline(dataset).endswith("This motion is unstable.")
+    assert "unstable; " in peaks_at_a_glance("a", dataset)
     assert any("is an unstable motion" in warning for warning in warnings_of(dataset))
 
 

@@ -219,4 +219,4 @@ def test_a_cycle_without_dissipation_is_printed_as_one():
     assert sentences(found)[0] == "0 µJ a cycle, rotation 0 mrad peak to peak"
     assert list(tables(found)["contacts"]["energy [µJ]"]) == [0.0, 0.0]
     slipping = damper_cycle(rig, out_of_phase(30e-6), steps=200).dataset
-    assert float(sentences(slipping)[0].split()[0]) == pytest.approx(1e6 * float(slipping.loop_energy), rel=1e-5)
+    assert sentences(slipping)[0].startswith(f"{1e6 * float(slipping.loop_energy):.4g} µJ a cycle")

@@ -124,7 +124,7 @@ def fault_of(folder, text):
 @pytest.mark.slow
 def test_a_study_runs_to_its_report(folder, tmp_path):
     """From the command line: peaks of both force levels are those of the problem in Python, and the report names the disk."""
-    text = (folder / "wheel.toml").read_text().replace("harmonics = 3", "harmonics = 1")
+    text = (folder / "wheel.toml").read_text().replace("harmonics = 15", "harmonics = 1")
     (folder / "short.toml").write_text(text)
     with pytest.raises(SystemExit) as end:
         main(["run", str(folder / "short.toml"), "--out", str(tmp_path / "out"), "--workers", "1"])
@@ -289,9 +289,9 @@ def test_a_model_at_another_speed_than_that_of_the_band_is_warned_of(folder):
 
 def test_a_check_says_how_many_samples_are_used(folder):
     """Delays between twelve sectors under engine order 4 are whole numbers of samples."""
-    plan = changed(folder, ("engine_order = 3 ", "engine_order = 4 "), ("samples = 96", "samples = 256")).plan
+    plan = changed(folder, ("engine_order = 3 ", "engine_order = 4 "), ("samples = 144", "samples = 256")).plan
     assert plan.works[""].samples == 258
-    assert plan.summary.endswith("3 harmonics, 258 samples")
+    assert plan.summary.endswith("15 harmonics, 258 samples")
 
 
 def at_two_speeds(folder, name):
@@ -412,9 +412,9 @@ SPEEDS = [
     [
         ([("[sweep]", FATIGUE)], "[fatigue] must go with places of stress"),
         ([("outputs", "#")], "[sweep]: outputs must be given"),
-        ([*POPULATION, ("harmonics = 3", 'harmonics = "auto"')], "[sweep]: mistuning must have a number of harmonics"),
+        ([*POPULATION, ("harmonics = 15", 'harmonics = "auto"')], "[sweep]: mistuning must have a number of harmonics"),
         (POPULATION, "[sweep]: mistuning must have one force level"),
-        ([("harmonics = 3", "harmonics = 200")], "[sweep]: samples must"),
+        ([("harmonics = 15", "harmonics = 200")], "[sweep]: samples must"),
         ([("engine_order = 3", "engine_order = 13")], "must be a whole number and lie between 0 and the number of sectors, 12"),
         ([("engine_order = 3", "orders = { three = 1.0 }")], "[excitation]: orders, an engine order must be a whole number"),
         (SPEEDS, "reference_speed must be the speed of the sector's model, 9000 rev/min, but is 8000.0."),

@@ -5,7 +5,7 @@ import pytest
 
 from stickslip import study
 from stickslip.results.files import open_results
-from stickslip.show.report.conclusions import level_sentence
+from stickslip.show.report.answer import peaks_at_a_glance
 from stickslip.study.run import Run
 from stickslip.support.outcome import Outcome
 
@@ -56,7 +56,7 @@ def test_stopped_in_a_sweep(tmp_path, whole):
     assert 0.15 < reached < 0.25
     assert f"got to {reached:.6g} Hz" in str(found["case_message"].values[1])
     assert not np.any(found["outcome"][2])
-    assert level_sentence(found, 2).endswith("not computed.")
+    assert "not computed." in peaks_at_a_glance("a", found)
 
 
 def test_stopped_in_the_search_for_peaks(tmp_path):
@@ -64,7 +64,7 @@ def test_stopped_in_the_search_for_peaks(tmp_path):
     found, kept = stopped(tmp_path, (1 + 0.3) / 3)
     assert kept == 1
     assert np.nanmax(found["frequency"].values[1]) == 0.3
-    assert "the run was stopped at" in level_sentence(found, 1)
+    assert "not finished" in peaks_at_a_glance("a", found)
 
 
 def test_nothing_is_saved_where_nothing_was_solved(tmp_path):

@@ -215,7 +215,7 @@ def test_several_modes_have_no_damping_of_half_cycles_but_a_motion_to_evaluate(t
     """`stickslip export` writes the motion, in which `stickslip decay` finds the damping of one mode."""
     both, one = ({"1.x": 1e-3}, {"1.x": 1e-3, "2.x": 1e-3})
     decay, alone = (ss.free_decay(two_masses(), 2.0, begin, steps=4000) for begin in (both, one))
-    (mixed,), (single,) = (presentation_named("free_decay").sentences(each.dataset) for each in (decay, alone))
+    (mixed, _), (single, _) = (presentation_named("free_decay").sentences(each.dataset) for each in (decay, alone))
     assert "several modes move" in mixed
     assert "most damping" not in mixed
     assert "most damping 1.0 %" in single

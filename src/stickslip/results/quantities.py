@@ -71,6 +71,23 @@ def about_all(dataset: xr.Dataset) -> str:
     return NOT_JUDGED if none_is_judged(dataset) else ""
 
 
+def verdicts(dataset: xr.Dataset) -> dict[str, list[str]]:
+    """What is known of the stability of the highest peaks of the first output, each with the names of its curves."""
+    found: dict[str, list[str]] = {}
+    for case in range(dataset.sizes["case"]):
+        if (peak := view.highest_peak(dataset, case)) is not None:
+            found.setdefault(peak_verdict(dataset, case, 0, peak.point), []).append(view.level_text(dataset, case))
+    return found
+
+
+def peaks_stability(dataset: xr.Dataset) -> str:
+    """The same in a sentence."""
+    if (said := about_all(dataset)) or not (has_stability(dataset) or "highest_stability" in dataset):
+        return said
+    words = [f"{verdict} at {first_of(of)}" for verdict, of in verdicts(dataset).items()]
+    return f"Highest peaks: {'; '.join(words)}." + (" [stability] judges all points." if "not judged" in str(words) else "")
+
+
 def words_of_flags(variable: xr.DataArray, flags: np.ndarray) -> list[str]:
     """The meanings of flags of a variable, "branch point" for branch_point."""
     attributes = variable.attrs

@@ -81,6 +81,10 @@ class Row(str):
     """A sentence that says a row of the table of the answer: a page shows the table in its stead."""
 
 
+class Certainty(str):
+    """A sentence on the error of what a result shows: a page shows it below the answer."""
+
+
 FILE_FORMAT = 1
 COMMON_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format")
 """What the results of every analysis carry."""

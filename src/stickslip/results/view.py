@@ -159,6 +159,11 @@ def force_text(dataset: xr.Dataset, case: int) -> str:
     return f"{factor * level:g} {unit}" if levels_in_newtons(dataset) else f"force × {level:g}"
 
 
+def level_head(dataset: xr.Dataset) -> str:
+    """The head of a column of force levels, with their unit where they are forces."""
+    return "force level [N]" if levels_in_newtons(dataset) else "force level"
+
+
 def levels_in_newtons(dataset: xr.Dataset) -> bool:
     return str(dataset.force_level.attrs.get("units", "1")) == "N"
 

@@ -120,18 +120,18 @@ def content_of(files: Iterable[Path]) -> str:
     return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
 
 
-def summary_of(sweep: ForcedResponseSettings) -> str:
+def summary_of(sweep: ForcedResponseSettings, with_levels: bool = True) -> str:
     """A problem with where and how finely to compute it, in half a line."""
     problem = sweep.problem
     where = f"at {counted(len(sweep.frequencies), 'frequency', 'frequencies')}" if sweep.listed else "over a band"
     size = counted(problem.freedoms, "degree of freedom", "degrees of freedom")
     harmonics = 'harmonics = "auto"' if isinstance(sweep.harmonics, str) else in_words(checked_harmonics(sweep.harmonics))
-    levels = counted(len(sweep.levels), "force level")
+    levels = f"{counted(len(sweep.levels), 'force level')} " if with_levels else ""
     of = "" if sweep.measured == DISPLACEMENT_AMPLITUDE else f", peaks of the {sweep.measured.words}"
     contacts = counted(len(problem.contacts), "contact")
     orders = f"{problem.orders_in_words}, " if isinstance(problem, TunedDisk) else ""
     samples = problem.systems.enough_samples(sweep.samples)
-    return f"{size}, {contacts}, {orders}{levels} {where}, {harmonics}, {samples} samples{of}"
+    return f"{size}, {contacts}, {orders}{levels}{where}, {harmonics}, {samples} samples{of}"
 
 
 @dataclass(frozen=True, eq=False)

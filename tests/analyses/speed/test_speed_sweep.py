@@ -185,16 +185,18 @@ def test_peaks_stand_beside_linear_resonances_with_an_estimate_of_their_error():
     peaks = presentation_of(data).tables(data)["peaks"]
     first = peaks[peaks["output"] == "1.x"].iloc[0]
     known = max(float(abs(response[name][0, 0])) for name in ("truncation_error", "sampling_error"))
-    assert first["estimated error"] == pytest.approx(known)
+    assert first["estimated error [%]"] == pytest.approx(100.0 * known)
+    assert first["force level [N]"] == 6.0
     assert known > 1e-3
     for name, column in (("stuck", "with stuck contacts [m]"), ("free", "without contacts [m]")):
         assert first[column] == pytest.approx(np.nanmax(data[f"{name}_amplitude"].values[0, 0, :, 0]))
     share = 100.0 * (1.0 - first["amplitude [m]"] / first["with stuck contacts [m]"])
     said = repr(sweep)
+    assert said.count("engine order 2, 6 N: 1.x") == 1, "one curve is not said twice, as the highest and by itself"
     assert re.search(r"estimated error \d\.\d %, (harmonics|samples)", said)
     assert f"{share:.0f} % lower than with stuck contacts" in said
     assert "warning, engine order 2, 6 N: " in said
-    assert "The error is not estimated for loss factors, lower peaks and other points of the curves." in said
+    assert "The error is not estimated for loss factors, lower peaks and other points of the curves" in said
 
 
 def test_all_engine_orders_have_the_samples_that_are_shown():

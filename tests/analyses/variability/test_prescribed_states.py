@@ -91,7 +91,7 @@ def test_bounds_over_few_of_the_start_states_are_none(monkeypatch):
     assert set(found.outcome.values.ravel()) == {Outcome.MOST_STARTS_UNSOLVED}
     assert np.all(np.isnan(found.amplitude.values))
     (sentence,) = bounds_failures(found)
-    assert "force 1: no bounds at 1 of 1 frequency. Most start states have no solution" in sentence
+    assert "force × 1: no bounds at 1 of 1 frequency. Most start states have no solution" in sentence
     assert "no static equilibrium" in sentence
     assert f"{int(found.unsolved[0, 0])} of 9 sampled start states" in sentence
 

@@ -80,7 +80,7 @@ def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch
     capsys.readouterr()
     assert run(["run", study, "--out", out, "--workers", 1]) == 3
     printed = capsys.readouterr()
-    assert "force 1        none found" in printed.out
+    assert "force × 1      none found" in printed.out
     assert "no bounds at 2 of 2 frequencies. Most start states have no solution" in printed.err
     assert "4 of 5 sampled start states (80 %) have no solution" in printed.err
     page = (out / "report.html").read_text()

@@ -254,7 +254,7 @@ def _words(damping: DampingCurve, ratio: float, values: Sequence[dict[str, Any]]
     words = ["Vibration grows from rest." if first < 0.0 else "Small vibration decays or stays as it is."]
     for value in values:
         kind = "Stable" if value["stable"] else "Unstable"
-        words.append(f"{kind} limit cycle: {length_text(value['amplitude'][0])} of {name} at {value['frequency']:.6g} Hz.")
+        words.append(f"{kind} limit cycle: {length_text(value['amplitude'][0])} of {name} at {value['frequency']:.5g} Hz.")
     if last < 0.0:
         words.append("Beyond the largest it grows without bound.")
     return " ".join(words)

@@ -186,10 +186,9 @@ def _others_move(levels: Array, shares: Array) -> str:
         return ""
     ends, most = (levels[large].min(), levels[large].max()), int(np.nanargmax(shares))
     return (
-        f"Other modes: at the peaks of force levels {ends[0]:.3g} to {ends[1]:.3g} they respond with more than "
-        f"{100.0 * CONSIDERABLE:g} % of the motion of this one, with up to {rounded(100.0 * shares[most], 2)} % at "
-        f"{levels[most]:.3g}, "
-        "in the synthesis as if all contacts stuck. Peaks there may be wrong by about as much: compare forced responses."
+        f"Between force levels {ends[0]:.3g} and {ends[1]:.3g} other modes contribute more than {100.0 * CONSIDERABLE:g} % of "
+        f"the motion (up to {rounded(100.0 * shares[most], 2)} % at force level {levels[most]:.3g}). Peaks computed from this "
+        "mode may be wrong by that much: use solved peaks or a forced response."
     )
 
 

@@ -12,13 +12,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.stress import Margin, has_fatigue, smallest_margins
-from stickslip.analyses.truncation import ALL_MODES, ALL_NODES
+from stickslip.analyses.truncation import ALL_MODES, ALL_NODES, SEATED
+from stickslip.results import quantities
 from stickslip.results.quantities import peak_is_unstable
 from stickslip.results.schema import analysis_named
-from stickslip.results.view import Peak, highest_peak, is_listed, level_text, measure_in, peak_unit, representatives
-from stickslip.show.report.conclusions import SAME, failures_of, level_sentence, linear_limits, reference, unbroken, warnings_of
+from stickslip.results.view import (
+    Length,
+    Peak,
+    force_text,
+    higher_end,
+    highest_peak,
+    is_listed,
+    level_text,
+    levels_in_newtons,
+    measure_in,
+    peak_unit,
+    representatives,
+    spread,
+)
+from stickslip.show.report.conclusions import SAME, failures_of, linear_limits, reference, unbroken, warnings_of
 from stickslip.show.report.markup import cell, hertz, number, percent, picture, presentations, table, text
-from stickslip.support.checks import counted
+from stickslip.support.checks import counted, listed
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import SENTENCES
@@ -54,10 +68,75 @@ NOTHING = "–"
 """What stands in a cell without anything to say."""
 LEAST = 1e-3
 """Relative error below which its size does not matter to a reader."""
+SIZE = re.compile(r"[+−-]?\d\S*( \S+)?")
+"""A number with its sign and unit: warnings of one kind differ in these alone."""
+
+
+def comparison(datasets: Mapping[str, xr.Dataset]) -> str:
+    """One table of several results, a row each, below the sentence which of them has the lowest peak at each force level; empty
+    where they have no force level in common, or their peaks are not of one quantity of one output.
+    """
+    results, first = list(datasets.values()), next(iter(datasets.values()))
+    kinds = {(str(data["output"].values[0]), measure_in(data), levels_in_newtons(data)) for data in results}
+    cases = [{level: case for case, level in enumerate(data["force_level"].values.tolist())} for data in results]
+    common = sorted(set.intersection(*map(set, cases)))
+    single = all(len(at) == data.sizes["case"] for at, data in zip(cases, results, strict=True))
+    if len(results) < 2 or len(kinds) > 1 or not common or not single:
+        return ""
+    shown, unit = [common[place] for place in spread(len(common), MOST_LEVELS)], peak_unit(*results)
+    rows, lowest = [], {label: list[str]() for label in datasets}
+    for (label, data), at in zip(datasets.items(), cases, strict=True):
+        cells = "".join(_height(data, at[level], unit) for level in shown)
+        least = max((at[level] for level in shown), key=lambda case: max(errors_of(data, case, 0).values(), default=np.inf))
+        rows.append(f"<tr>{cell(label)}{cells}{cell(unbroken(error_words(data, least, 0)))}</tr>")
+    names, undecided = [force_text(first, cases[0][level]) for level in shown], list[str]()
+    for level, name in zip(shown, names, strict=True):
+        low, high = np.array([_range(data, at[level]) for data, at in zip(results, cases, strict=True)]).T
+        best = int(np.argmin(high))
+        others = np.delete(low, best)
+        (lowest[list(datasets)[best]] if np.all(others > high[best]) else undecided).append(name)
+    output = first["output"].values[0]
+    decided = ", ".join(f"{label} at {listed(at)}" for label, at in lowest.items() if at)
+    said = [f"Lowest peak of {output}: {decided}."] if decided else []
+    why = "the order of the peaks is open: see their estimated errors and warnings"
+    said += [f"At {listed(undecided)} {why}."] if undecided else []
+    said += [f"{len(shown)} of {len(common)} force levels are shown."] if len(shown) < len(common) else []
+    heads = [f"{output} in {unit.name}", *names, "Estimated error"]
+    answer = table("answer-compared", "Highest peak of each result at each force level.", heads, rows, stacked=True)
+    return f'<p class="headline">{text(unbroken(" ".join(said)))}</p>{answer}'
+
+
+def _height(dataset: xr.Dataset, case: int, unit: Length) -> str:
+    """The highest peak of the first output of a curve as a cell: its size and frequency."""
+    peak = highest_peak(dataset, case)
+    if peak is None:
+        return cell(NOTHING)
+    unstable = "unstable" if peak_is_unstable(dataset, case, 0, peak.point) else ""
+    words = f"{number(peak.amplitude / unit.metres)} at {hertz(peak.frequency)} Hz"
+    return cell(unbroken(words), peak.amplitude, _note(dataset, case, peak) or unstable)
+
+
+def _range(dataset: xr.Dataset, case: int) -> tuple[float, float]:
+    """Between which sizes the highest peak of the first output lies, by its estimated errors and the history of the static load;
+    from 0 to infinity where this is not known."""
+    peak, errors = highest_peak(dataset, case), errors_of(dataset, case, 0)
+    if peak is None or _note(dataset, case, peak) or not errors or peak_is_unstable(dataset, case, 0, peak.point):
+        return 0.0, np.inf
+    if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED or higher_end(dataset, case) is not None:
+        return 0.0, np.inf
+    error = sum(errors.values())
+    seated = float(np.nan_to_num(dataset[SEATED.variable].values[case, 0])) if SEATED.variable in dataset else 0.0
+    ends = [1.0 - error, 1.0 + error, 1.0 + seated]
+    return peak.amplitude * min(ends), peak.amplitude * max(ends)
 
 
 def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     """A table of the highest peaks, and below it what is incomplete and all warnings, of the least certain curve first."""
+    return highest_peaks(label, dataset) + warnings_at_a_glance({"": least_certain_first(dataset)})
+
+
+def highest_peaks(label: str, dataset: xr.Dataset) -> str:
+    """A table of the highest peaks, and why small vibrations are not those of stuck contacts where this is so."""
     cases = representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
     outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
     shown = [(case, output) for case in cases for output in outputs]
@@ -80,33 +159,54 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     answer = table(
         "answer-" + WORDLESS.sub("-", label), f"Highest peak{name} at {which}.", heads, rows, stacked=len(heads) > BESIDE
     )
+    said = " ".join(filter(None, (str(dataset.attrs.get("static_history", "")), quantities.peaks_stability(dataset))))
+    return answer + (f'<p class="note">{text(said)}</p>' if said else "")
 
-    def least_certain_first(case: int) -> float:
+
+def least_certain_first(dataset: xr.Dataset) -> list[str]:
+    """What is incomplete, and all warnings, of the curve with the largest estimate of error first."""
+
+    def certainty(case: int) -> float:
         errors = (error for k in range(dataset.sizes["output"]) for error in errors_of(dataset, case, k).values())
         return -max(errors, default=0.0)
 
-    order = sorted(range(dataset.sizes["case"]), key=least_certain_first)
-    return answer + warnings_at_a_glance([*failures_of(dataset), *warnings_of(dataset, order)])
+    return [*failures_of(dataset), *warnings_of(dataset, sorted(range(dataset.sizes["case"]), key=certainty))]
 
 
-def warnings_at_a_glance(warnings: Sequence[str]) -> str:
-    """The first warnings, and the others folded."""
-    shown = [_warning(sentences) for sentences in warnings]
+def warnings_at_a_glance(warnings: Mapping[str, Sequence[str]]) -> str:
+    """The first warnings of results by their labels, and the others folded; those that differ in numbers alone are one."""
+    alike: dict[str, list[tuple[str, str]]] = {}
+    for label, sentences in warnings.items():
+        for words in sentences:
+            of, colon, rest = words.partition(": ")
+            of, rest = (of, rest) if colon and len(of) < LEVEL else ("", words[:1].upper() + words[1:])
+            alike.setdefault(SIZE.sub("", rest), []).append((", ".join(filter(None, (label, of))), rest))
+    shown = [_warning(group) for group in alike.values()]
     first, more = "".join(shown[:MOST_WARNINGS]), "".join(shown[MOST_WARNINGS:])
     count = counted(len(shown) - MOST_WARNINGS, "more warning")
     return first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
 
 
-def _warning(words: str) -> str:
-    """A warning by its sentence with the largest error, else by its first one, with the others behind it."""
-    of, colon, rest = words.partition(": ")
-    of, colon, rest = (of, colon, rest) if colon and len(of) < LEVEL else ("", "", words[:1].upper() + words[1:])
+def _largest_percent(words: str) -> float:
+    return max(map(float, PERCENT.findall(words)), default=0.0)
+
+
+def _warning(group: Sequence[tuple[str, str]]) -> str:
+    """The warning with the largest error by its sentence with it, else by its first one; behind it its other sentences, and the
+    warnings that are like it."""
+    (of, rest), *others = sorted(group, key=lambda warning: -_largest_percent(warning[1]))
     sentences = re.split(r"(?<=\.) (?=[A-Z])", rest)
-    if len(sentences) == 1:
-        return f'<p class="warning">{text(of + colon + rest)}</p>'
-    largest = max(range(len(sentences)), key=lambda k: max(map(float, PERCENT.findall(sentences[k])), default=0.0))
-    first = sentences.pop(largest)
-    return f'<details class="warning"><summary>{text(of + colon + first)}</summary>{text(" ".join(sentences))}</details>'
+    head = f"{of}: " if of else ""
+    first = head + sentences.pop(max(range(len(sentences)), key=lambda k: _largest_percent(sentences[k])))
+    if not sentences and not others:
+        return f'<p class="warning">{text(first)}</p>'
+    less = ", with smaller changes" if _largest_percent(rest) else ""
+    first += (
+        f" {counted(len(others), 'more curve')} {'have' if len(others) > 1 else 'has'} the same warning{less}." if others else ""
+    )
+    more = "".join(f"<li>{text(f'{of}: {words}')}</li>" for of, words in others)
+    listing = f"<ul>{more}</ul>" if more else ""
+    return f'<details class="warning"><summary>{text(first)}</summary>{text(" ".join(sentences))}{listing}</details>'
 
 
 def errors_of(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
@@ -126,16 +226,10 @@ def _row(dataset: xr.Dataset, case: int, output: int, named: bool, limits: Seque
     begin = cell(level_text(dataset, case), float(dataset["force_level"][case]))
     begin += cell(str(dataset["output"].values[output])) if named else ""
     if peak is None:
-        none = level_sentence(dataset, case, output).partition(": ")[2]
+        none = "not computed." if int(dataset["case_outcome"].values[case]) == Outcome.STOPPED else "no point converged."
         width = 3 + (order > 0) + len(limits) + has_fatigue(dataset)
         return f'<tr>{begin}<td colspan="{width}">{text(none)}</td></tr>'
-    if peak.local:
-        note = ""
-    elif int(dataset["case_outcome"].values[case]) == Outcome.STOPPED:
-        note = "not finished"
-    else:
-        note = "largest listed" if is_listed(dataset) else "no peak in the band"
-    cells = [begin, cell(hertz(peak.frequency), peak.frequency, note)]
+    cells = [begin, cell(hertz(peak.frequency), peak.frequency, _note(dataset, case, peak))]
     if order:
         speed = 60.0 * peak.frequency / order
         cells.append(cell(f"{speed:.0f}", speed))
@@ -149,6 +243,16 @@ def _row(dataset: xr.Dataset, case: int, output: int, named: bool, limits: Seque
     return f"<tr>{''.join(cells)}</tr>"
 
 
+def _note(dataset: xr.Dataset, case: int, peak: Peak) -> str:
+    """Why the largest point of a curve is no peak."""
+    if peak.local:
+        return ""
+    if is_listed(dataset):
+        return "largest listed"
+    ended = {Outcome.CONVERGED: "no peak in the band", Outcome.STOPPED: "not finished"}
+    return ended.get(Outcome(int(dataset["case_outcome"].values[case])), "the curve broke off")
+
+
 def _change(dataset: xr.Dataset, which: str, case: int, output: int) -> str:
     """Change of the amplitude and shift of the frequency against a linear resonance; of a peak, not of a largest point."""
     peak = highest_peak(dataset, case, output)
@@ -159,7 +263,8 @@ def _change(dataset: xr.Dataset, which: str, case: int, output: int) -> str:
     if abs(change) < SAME and abs(shift) < SAME * linear[0]:
         return "the same"
     sign, to = ("+" if value > 0.0 else "−" for value in (change, shift))
-    return f"{sign}{percent(abs(change))}, {to}{number(abs(shift), 3)} Hz"
+    moved = f"{to}{number(abs(shift), 3)} Hz" if abs(shift) >= SAME * linear[0] else "same frequency"
+    return f"{sign}{percent(abs(change))}, {moved}"
 
 
 def _sure(dataset: xr.Dataset, case: int, output: int, peak: Peak) -> str:

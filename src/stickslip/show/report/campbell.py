@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from stickslip.analyses.speed.campbell import UNSOLVED
-from stickslip.results.schema import Row
+from stickslip.results.schema import Certainty, Row
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.speed_sweep import interference, resonances
 from stickslip.show.report.markup import Presentation, hertz, presents
@@ -38,10 +38,10 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines = [_first(dataset, len(met)), *(_line(row) for _, row in met.head(MOST).iterrows())]
     lines += [f"{MOST} of {len(met)} crossings; the report shows all"] if len(met) > MOST else []
     lines += [ROTATING] if "whirl" in dataset else []
-    lines.append(NO_ERROR)
+    lines.append(Certainty(NO_ERROR))
     if "force_level" in dataset.attrs:
         fineness = f"harmonics = {dataset.attrs['harmonics']} and samples = {dataset.attrs['samples']}"
-        lines.append(NO_ERROR_OF_RESONANCES.format(fineness))
+        lines.append(Certainty(NO_ERROR_OF_RESONANCES.format(fineness)))
     linear = dataset["frequency"].sel(state=["free", "stuck"]).values
     lines += [ALWAYS] if np.nanmax(np.ptp(linear, axis=-1)) == 0.0 else []
     return [*lines, *(f"  warning, {words}" for words, unsolved in _messages(dataset) if unsolved)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 
@@ -13,28 +12,18 @@ from stickslip.analyses.isolated import IN_THIS_BAND
 from stickslip.analyses.reached import Reached
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import view
-from stickslip.results.quantities import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged, peak_verdict
+from stickslip.results.quantities import is_unstable, peak_is_unstable, peak_verdict
 from stickslip.results.schema import CurveKind, kinds_in, shown_sentence
 from stickslip.show.report.markup import hertz, number, percent
-from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import counted
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-
-_ABSENT = {"free": "without contacts", "stuck": "with stuck contacts"}
 
 OUTSIDE = "Peaks outside the band, where the curve goes and comes back; they do not count."
 """Caption of their table."""
 
 SAME = 5e-4
 """Relative difference of two frequencies or amplitudes below which a sentence calls them the same."""
-
-
-def headline(dataset: xr.Dataset, output: int = 0) -> str:
-    """The highest of the curves that no sweep meets beside that of the sweep, and what the sweeps show over all force levels."""
-    stability = about_all(dataset) if _peaks(dataset, output) else ""
-    sentences = further_curves_sentence(dataset, output), _of_sweeps(dataset, output), stability
-    return unbroken(" ".join(filter(None, sentences)))
 
 
 def bounds_headline(bounds: xr.Dataset) -> str:
@@ -52,11 +41,6 @@ def bounds_headline(bounds: xr.Dataset) -> str:
         f"Over all start states of the contacts the {what} of {view.level_text(bounds, int(case))} lies between {ends[0]} and "
         f"{ends[1]}, at {where}: {apart}, the widest range found."
     )
-
-
-def level_sentence(dataset: xr.Dataset, case: int, output: int = 0) -> str:
-    """The highest peak of one force level."""
-    return unbroken(_level_sentence(dataset, case, output))
 
 
 def unbroken(sentence: str) -> str:
@@ -135,110 +119,6 @@ def reached_sentences(dataset: xr.Dataset) -> list[str]:
     return sentences
 
 
-def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
-    """A comparison of the complete curves; of one curve, or where all are incomplete, the peak of each."""
-    every = _peaks(dataset, output)
-    if not every:
-        return "No point converged, so nothing can be concluded."
-    peaks = {case: peak for case, peak in every.items() if not _incomplete(dataset, case)}
-    if len(every) == 1 or not peaks:
-        return " ".join(_level_sentence(dataset, case, output) for case in every)
-    listed = view.is_listed(dataset)
-    inside = (case for case in peaks if listed or (peaks[case].local and view.higher_end(dataset, case, output) is None))
-    within = {case: peaks[case] for case in inside}
-    excluded = {
-        "incomplete": len(every) - len(peaks),
-        "highest at an end of the band, beyond which a peak may lie": len(peaks) - len(within),
-    }
-    noticed = [
-        f"{count} of {len(every)} curves {'is' if count == 1 else 'are'} {words}." for words, count in excluded.items() if count
-    ]
-    if len(within) == 1:
-        noticed.append(_level_sentence(dataset, next(iter(within)), output))
-    elif within:
-        noticed.append(_comparison(dataset, within, output, "the other" if noticed else "the"))
-    return " ".join(noticed)
-
-
-def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], output: int, which: str) -> str:
-    """Which of several curves is damped best."""
-    normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
-    levels = {case: float(dataset.force_level[case]) for case in peaks}
-    best, first = (min(values, key=lambda case: values[case]) for values in (normalised, levels))
-    last = max(levels, key=lambda case: levels[case])
-    unit = view.peak_unit(dataset)
-    factor, per_force = view.per_force_unit(dataset, " per unit level")
-    several = "curves" if "start" in dataset.coords else "force levels"
-    response = _size_of(dataset) or "response"
-    lowest = (
-        f"the lowest {response} per force at its peak" if peaks[best].local else f"the lowest maximum of the {response} per force"
-    )
-    sentence = (
-        f"Of {which} {len(peaks)} {several}, {view.level_text(dataset, best)} has {lowest}: "
-        f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}"
-        f"{_reductions(dataset, best, peaks[best], output)}."
-    )
-    if not (peaks[first].local and peaks[last].local):
-        return sentence
-    return (
-        f"{sentence} From {view.level_text(dataset, first)} to {view.level_text(dataset, last)} the peak moves from "
-        f"{hertz(peaks[first].frequency)} to {hertz(peaks[last].frequency)} Hz."
-    )
-
-
-def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
-    """The highest peak of one force level, against the linear resonances, or why there is none."""
-    peak = view.highest_peak(dataset, case, output)
-    name, unit, size = dataset.output.values[output], view.peak_unit(dataset), _size_of(dataset)
-    if peak is None:
-        none = "not computed" if _stopped(dataset, case) else "no point converged"
-        return f"{view.level_text(dataset, case)}: {none}."
-    where = "of the listed frequencies the" if view.is_listed(dataset) else "no peak inside the band; the"
-    what = f"{name} peaks at" if peak.local else f"{where} largest computed {size or 'amplitude'} of {name} is"
-    what = what.replace("peaks", f"peaks in {size}") if size else what
-    if _incomplete(dataset, case) and not peak.local and not view.is_listed(dataset):
-        last = hertz(float(dataset["frequency"].values[case, view.converged_points(dataset, case)[-1]]))
-        largest = f"{number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
-        ended = "run was stopped" if _stopped(dataset, case) else "curve broke off"
-        return (
-            f"{view.level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
-            f"{size or 'amplitude'} of {name} is {largest}."
-        )
-    unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, output)
-    end, larger = view.higher_end(dataset, case, output), ""
-    if end is not None:
-        size_there = f"{number(end.amplitude / unit.metres)} {unit.name}"
-        larger = f" It is larger, {size_there}, at an end of the curve, {hertz(end.frequency)} Hz."
-    against = ""
-    if peak.local or view.is_listed(dataset):
-        against = _shifts(dataset, case, peak, output) + _reductions(dataset, case, peak, output)
-    return (
-        f"{view.level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at "
-        f"{hertz(peak.frequency)} Hz"
-        f"{against}."
-        f"{' This motion is unstable.' if peak_is_unstable(dataset, case, output, peak.point) else ''}"
-        f"{f' Its stability is {unjudged}.' if unjudged else ''}"
-        f"{larger}"
-    )
-
-
-def _incomplete(dataset: xr.Dataset, case: int) -> bool:
-    """Whether a curve ends before its band does, or lacks points that were asked for."""
-    return int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED
-
-
-def _stopped(dataset: xr.Dataset, case: int) -> bool:
-    return int(dataset["case_outcome"].values[case]) == Outcome.STOPPED
-
-
-def _size_of(dataset: xr.Dataset) -> str:
-    """What peaks are of, in a word or two; "" for displacement amplitudes, which go without saying."""
-    measure = replace(view.measure_in(dataset), per_force=False)
-    if measure == DISPLACEMENT_AMPLITUDE:
-        return ""
-    return measure.quantity.name if measure.kind == "amplitude" else measure.symbol
-
-
 def reference(dataset: xr.Dataset, which: str, case: int, peak: view.Peak, output: int = 0) -> tuple[float, float] | None:
     """The "free" or "stuck" resonance of the mode of a peak: natural frequency, Hz, and size of the linear curve."""
     linear = view.linear_peak(dataset, which, case, peak.frequency, output, peak.amplitude)
@@ -250,45 +130,11 @@ def reference(dataset: xr.Dataset, which: str, case: int, peak: view.Peak, outpu
     return (float(near[np.argmin(np.abs(near - linear[0]))]) if near.size else linear[0]), linear[1]
 
 
-def _peaks(dataset: xr.Dataset, output: int) -> dict[int, view.Peak]:
-    sweeps = [case for case, kind in enumerate(kinds_in(dataset)) if kind == CurveKind.SWEEP]
-    peaks = ((case, view.highest_peak(dataset, case, output)) for case in sweeps or range(dataset.sizes["case"]))
-    return {case: peak for case, peak in peaks if peak is not None and float(dataset.force_level[case]) != 0.0}
-
-
-def linear_limits(dataset: xr.Dataset) -> dict[str, str]:
-    """The linear responses to compare with, in words; one where stuck contacts add no stiffness, as cubic springs do."""
+def linear_limits(dataset: xr.Dataset) -> tuple[str, ...]:
+    """The linear responses to compare with; one where stuck contacts add no stiffness, as cubic springs do."""
     free, stuck = (dataset[f"natural_frequency_{which}"].values for which in ("free", "stuck"))
     same = free.shape == stuck.shape and np.allclose(free, stuck, rtol=1e-9, atol=0.0, equal_nan=True)
-    return {"free": _ABSENT["free"]} if same else {which: _ABSENT[which] for which in ("stuck", "free")}
-
-
-def _shifts(dataset: xr.Dataset, case: int, peak: view.Peak, output: int) -> str:
-    """How far a peak lies from the linear resonances; of several in the band that of the same mode is meant."""
-    shifts = []
-    for which, absent in linear_limits(dataset).items():
-        linear = reference(dataset, which, case, peak, output)
-        if linear is not None:
-            natural, band = dataset[f"natural_frequency_{which}"].values, dataset.linear_frequency.values
-            several = np.count_nonzero((natural >= band.min()) & (natural <= band.max())) > 1
-            shift = peak.frequency - linear[0]
-            side = "above" if shift > 0 else "below"
-            away = f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side}"
-            meant = f"the {'resonance of this mode' if several else 'resonance'} {absent}"
-            shifts.append(f"{'at' if abs(shift) < SAME * linear[0] else away} {meant}")
-    return ", " + " and ".join(shifts) if shifts else ""
-
-
-def _reductions(dataset: xr.Dataset, case: int, peak: view.Peak, output: int) -> str:
-    """How much lower or higher a peak is than the linear resonances."""
-    changes = []
-    for which, absent in linear_limits(dataset).items():
-        linear = reference(dataset, which, case, peak, output)
-        if linear is not None:
-            change = peak.amplitude / linear[1] - 1.0
-            other = f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than"
-            changes.append(f"{'as high as' if abs(change) < SAME else other} {absent}")
-    return "; " + ", ".join(changes) if changes else ""
+    return ("free",) if same else ("stuck", "free")
 
 
 def failures_of(dataset: xr.Dataset) -> list[str]:
@@ -315,12 +161,12 @@ def bounds_failures(bounds: xr.Dataset) -> list[str]:
     """A sentence for each force level and cause where there are no bounds."""
     sentences, by_frequency = [], bool(np.all(np.isfinite(bounds["frequency"].values)))
     every = counted(bounds.sizes["frequency"], "frequency", "frequencies")
-    for case, level in enumerate(bounds["force_level"].values):
-        outcomes = bounds["outcome"].values[case]
+    for case in range(bounds.sizes["case"]):
+        level, outcomes = view.force_text(bounds, case), bounds["outcome"].values[case]
         for code in sorted(set(outcomes.ravel().tolist()) - {int(Outcome.CONVERGED)}):
             at = np.flatnonzero(np.any(outcomes == code, axis=0))
             where = f"at {at.size} of {every}" if by_frequency else "of the peak"
-            sentence, unsolved = f"force {level:g}: no bounds {where}. {_sentence(code)}", _unsolved(bounds, case, at)
+            sentence, unsolved = f"{level}: no bounds {where}. {_sentence(code)}", _unsolved(bounds, case, at)
             sentences.append(f"{sentence} {unsolved}." if unsolved else sentence)
     return sentences
 
@@ -328,11 +174,11 @@ def bounds_failures(bounds: xr.Dataset) -> list[str]:
 def bounds_warnings(bounds: xr.Dataset) -> list[str]:
     """A sentence for each force level where bounds were found although some start states have no solution."""
     sentences = []
-    for case, level in enumerate(bounds["force_level"].values):
+    for case in range(bounds.sizes["case"]):
         bounded = np.all(bounds["outcome"].values[case] == Outcome.CONVERGED, axis=0)
         at = np.flatnonzero(bounded & (bounds["unsolved_share"].values[case] > 0.0))
         if at.size:
-            sentences.append(f"force {level:g}: {_unsolved(bounds, case, at)}. Bounds are over the others.")
+            sentences.append(f"{view.force_text(bounds, case)}: {_unsolved(bounds, case, at)}. Bounds are over the others.")
     return sentences
 
 

@@ -29,7 +29,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     factor, unit = in_system("µJ", system_of(dataset))
     energy, rotation = factor * float(microjoules(dataset, dataset.loop_energy.values)), 1e3 * float(dataset.rotation)
     rotation = 0.0 if rotation < STILL else rotation
-    first = f"{rounded(energy, 6)} {unit} a cycle, rotation {rounded(rotation, 4)} mrad peak to peak"
+    first = f"{rounded(energy, 4)} {unit} a cycle, rotation {rounded(rotation, 4)} mrad peak to peak"
     lines = [first, str(dataset.attrs["message"])]
     for contact in dataset.contact.values:
         stick, slip, open_ = 100.0 * dataset.share.sel(contact=contact).values
@@ -94,14 +94,21 @@ def several_sentences(dataset: xr.Dataset) -> list[str]:
         total = int(dataset.starts.sum()) + int(dataset.attrs["failed"])
         lines = [f"{counted(energies.size, 'steady cycle')} from {counted(total, 'initial state')}, {ends} a cycle"]
     else:
-        jammed = int(np.count_nonzero(dataset.outcome.values == "jammed"))
-        lines = [f"{counted(energies.size, 'cycle')}, {ends} a cycle" + (f"; {jammed} of them jammed" if jammed else "")]
-    cycles = zip(dataset.cycle.values, cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True)
-    for cycle, name, energy, rotation, outcome in cycles:
-        ended = str(outcome).replace("_", " ")
-        row = f"cycle {cycle}, {name}: {rounded(energy, 6)} {unit}, rotation {rounded(rotation, 4)} mrad, {ended}"
+        jammed = [name for name, outcome in zip(cycle_names(dataset), dataset.outcome.values, strict=True) if outcome == "jammed"]
+        which = f"; {len(jammed)} of them jammed ({', '.join(jammed)})" if jammed else ""
+        lines = [f"{counted(energies.size, 'cycle')}, {ends} a cycle{which}"]
+    for cycle, name, energy, rotation, ended in zip(
+        dataset.cycle.values, cycle_names(dataset), energies, rotations, _ended(dataset), strict=True
+    ):
+        row = f"cycle {cycle}, {name}: {rounded(energy, 4)} {unit}, rotation {rounded(rotation, 4)} mrad, {ended}"
         lines.append(Row(row))
     return lines
+
+
+def _ended(dataset: xr.Dataset) -> list[str]:
+    """How each cycle ended, in words; an evolution goes on after as many cycles as were asked for, steady or not."""
+    asked = f"after {counted(int(dataset.attrs['cycles']), 'cycle')}" if "starts" not in dataset else ""
+    return [asked if asked and outcome == "not_steady" else str(outcome).replace("_", " ") for outcome in dataset.outcome.values]
 
 
 def several_failures(dataset: xr.Dataset) -> list[str]:
@@ -127,7 +134,7 @@ def several_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "stored [µJ]": microjoules(dataset, dataset.stored_energy.values),
             "rotation [mrad]": 1e3 * dataset.rotation.values,
             "largest normal force [N]": dataset.normal_force.max(["sample", "contact"]).values,
-            "outcome": [str(outcome).replace("_", " ") for outcome in dataset.outcome.values],
+            "outcome": _ended(dataset),
         }
     )
     contacts = [

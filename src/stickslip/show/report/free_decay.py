@@ -13,7 +13,7 @@ from stickslip.results.schema import Row
 from stickslip.results.view import length_text
 from stickslip.show.plots.time_response import decay, measured, stepped_sine
 from stickslip.show.report.markup import Presentation, always, hertz, percent, presents
-from stickslip.support.checks import Index, counted, in_percent
+from stickslip.support.checks import Index, counted, first_of, in_percent
 from stickslip.support.late import pd, xr
 
 ANSWER = "frequency and damping over the amplitude"
@@ -63,7 +63,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     columns: dict[str, Any] = {"output": np.repeat(dataset["output"].values, dataset.sizes["half_cycle"])}
     keys = ("turning_time", "turning_point", "amplitude", "frequency", "damping_ratio")
     for key in keys:
-        columns[f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]"] = dataset[key].values.ravel()
+        factor, unit = (100.0, "%") if key == "damping_ratio" else (1.0, dataset[key].attrs["units"])
+        columns[f"{key.replace('_', ' ')} [{unit}]"] = factor * dataset[key].values.ravel()
     return {"half cycles": pd.DataFrame(columns).dropna(subset=["turning time [s]"], ignore_index=True)}
 
 
@@ -174,10 +175,9 @@ def stepped_sentences(dataset: xr.Dataset) -> list[str]:
     if settled.all():
         lines = [f"{line}all end within {in_percent(SETTLED)} of the steady motion, by estimate"]
     else:
-        where = " to ".join(dict.fromkeys(hertz(f) for f in (frequency[~settled].min(), frequency[~settled].max())))
         lines = [
-            f"{line}{int(settled.sum())} end within {in_percent(SETTLED)} of the steady motion, by estimate; the others, at "
-            f"{where} Hz, are farther from it; longer dwells would bring them nearer"
+            f"{line}{int(settled.sum())} end within {in_percent(SETTLED)} of the steady motion, by estimate. The others "
+            f"({_places(dataset, ~settled)}) do not: increase `dwell` there"
         ]
     lines += _beside(dataset, settled)
     for output, way, step in highest(dataset):
@@ -185,6 +185,17 @@ def stepped_sentences(dataset: xr.Dataset) -> list[str]:
         row = f"{dataset['output'].values[output]}: highest amplitude {way} {size} at {hertz(frequency[step])} Hz"
         lines.append(Row(row))
     return lines
+
+
+def _places(dataset: xr.Dataset, chosen: NDArray[np.bool_]) -> str:
+    """The frequencies of some dwells, neighbours as one range; those of each way of the sweep by themselves."""
+    ranges = []
+    for way, run in ways(dataset):
+        at = run[chosen[run]]
+        groups = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if at.size else []
+        ends = [dict.fromkeys(hertz(float(dataset["frequency"].values[k])) for k in (group[0], group[-1])) for group in groups]
+        ranges += [f"{way} {first_of([' to '.join(words) for words in ends])} Hz"] if ends else []
+    return "; ".join(ranges)
 
 
 def _beside(dataset: xr.Dataset, settled: NDArray[np.bool_]) -> list[str]:
@@ -221,7 +232,7 @@ def stepped_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     if "balance_amplitude" in dataset:
         columns["harmonic balance [m]"] = "balance_amplitude"
     columns["largest displacement [m]"] = "max_abs"
-    frequency, distance = dataset["frequency"].values, dataset["distance"].values
+    frequency, distance = dataset["frequency"].values, np.round(100.0 * dataset["distance"].values, 3)
     distance = np.where(np.isfinite(distance), distance, np.nan)
     top, every = [], []
     for output, way, step in highest(dataset):
@@ -230,7 +241,7 @@ def stepped_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     for step, output in np.ndindex(dataset["amplitude"].shape):
         values = [float(dataset[key].values[step, output]) for key in columns.values()]
         every.append((str(dataset["output"].values[output]), float(frequency[step]), *values, float(distance[step])))
-    end = [*columns, "estimated relative distance from the steady motion [1]"]
+    end = [*columns, "estimated distance from the steady motion [%]"]
     return {
         STEPPED_ANSWER: pd.DataFrame(top, columns=["output", "sweep direction", "frequency [Hz]", *end]),
         "dwells": pd.DataFrame(every, columns=["output", "frequency [Hz]", *end]),

@@ -84,7 +84,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     )
     misfit = pd.DataFrame(dataset["misfit"].values, columns=list(dataset["channel"].values))
     misfit.insert(0, "loop", dataset["case"].values)
-    gains = pd.DataFrame({"channel": dataset["channel"].values, "gain error": dataset["gain"].values})
+    gains = pd.DataFrame({"channel": dataset["channel"].values, "gain error [%]": 100.0 * dataset["gain"].values})
     cells = [name for name in dataset["channel"].values if str(name).startswith("force")]
     rows = [(case, cell, dataset.sel(case=case, channel=cell)) for case in dataset["case"].values for cell in cells]
     zeros = pd.DataFrame(

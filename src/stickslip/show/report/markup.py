@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
-from stickslip.results.schema import analysis_of, shown_sentence, shown_table, system_of
+from stickslip.results.schema import Certainty, analysis_of, shown_sentence, shown_table, system_of
 from stickslip.results.view import energy_unit, shown_unit
 from stickslip.show import report
 from stickslip.show.plots.chart import Chart, shown_chart
@@ -334,13 +334,46 @@ def always(shown: Shown) -> Callable[[xr.Dataset], Shown]:
     return lambda dataset: shown
 
 
+_FINENESS = "The error due to harmonics = {harmonics} and samples = {samples} is not estimated: increase both to see it"
+_STEPS = "The error of the time steps is not estimated: double `{}` to see it"
+NOT_ESTIMATED = {
+    "controlled_response": _FINENESS,
+    "damper_cycle": _STEPS.format("steps"),
+    "damper_design": f"{_FINENESS}. The search may have missed a better design",
+    "damper_evolution": _STEPS.format("steps"),
+    "free_decay": _STEPS.format("steps"),
+    "limit_cycles": _FINENESS,
+    "mistuned_population": f"{_FINENESS}. The percentiles are those of the samples drawn: more samples show how far they scatter",
+    "nonlinear_modes": _FINENESS,
+    "performance_band": f"{_FINENESS}. The search finds local optima, so the true band can be wider",
+    "performance_curve": _FINENESS,
+    "response_samples": _FINENESS,
+    "run_up": f"{_STEPS.format('steps_per_period')}. Stiffness and constant loads are those at the middle of each cycle",
+    "sensitivity_indices": f"{_FINENESS}. The intervals are those of the sampling alone",
+    "speed_sweep": "The error is not estimated for loss factors, lower peaks and other points of the curves",
+    "steady_cycles": _STEPS.format("steps"),
+    "stepped_sine": _STEPS.format("steps_per_period"),
+}
+"""Of each analysis that shows numbers without an estimate of their error, why there is none and how to see it."""
+
+
+def _with_certainty(analysis: str, presentation: Presentation) -> Presentation:
+    """A presentation whose sentences end with what is not known of the error."""
+
+    def sentences(dataset: xr.Dataset) -> list[str]:
+        fineness = {name: dataset.attrs.get(name, "its value") for name in ("harmonics", "samples")}
+        return [*presentation.sentences(dataset), Certainty(NOT_ESTIMATED[analysis].format(**fineness))]
+
+    return replace(presentation, sentences=sentences) if analysis in NOT_ESTIMATED else presentation
+
+
 _PRESENTATIONS: dict[str, Presentation] = {}
 
 
 def presents(analyses: str | Sequence[str], presentation: Presentation) -> Presentation:
     """Register what shows the results of one analysis or several, by their names in `[study] analysis`."""
     for analysis in (analyses,) if isinstance(analyses, str) else analyses:
-        _PRESENTATIONS[analysis] = presentation
+        _PRESENTATIONS[analysis] = _with_certainty(analysis, presentation)
     return presentation
 
 

@@ -127,7 +127,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         columns = {"mode": np.full(mode.sizes["point"], int(mode["mode_number"]))}
         columns["modal amplitude [m kg^0.5]"] = mode["modal_amplitude"].values
         columns["frequency [Hz]"] = mode["frequency"].values
-        columns["damping ratio"] = mode["damping_ratio"].values
+        columns["damping ratio [%]"] = 100.0 * mode["damping_ratio"].values
         for output, name in enumerate(dataset["output"].values):
             columns[f"{name} [m]"] = mode["amplitude"].values[:, output]
         columns["energy [J]"] = mode["energy"].values
@@ -167,7 +167,9 @@ def cycle_sentences(dataset: xr.Dataset) -> list[str]:
         where = f"{size} of {output} and {hertz(float(mode['held_frequency']))} Hz"
         edge = "" if float(mode["held_inside"]) else ", an end of the computed amplitudes"
         if most > 0.0:
-            lines.append(f"{name}: holds an aerodynamic damping of down to {number(-100.0 * most, 3)} %, at {where}{edge}")
+            lines.append(
+                f"{name}: friction balances an aerodynamic damping of down to {number(-100.0 * most, 3)} %, at {where}{edge}"
+            )
         else:
             lines.append(f"{name}: vibration grows at all amplitudes, least at {where}{edge}")
         for ratio in dataset["aerodynamic_damping"].values:
@@ -190,7 +192,10 @@ def cycle_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     cycles, curves = [], []
     for case, d, k in np.argwhere(np.isfinite(dataset["frequency"].values)):
         one = dataset.isel(case=case, aerodynamic_damping=d, limit_cycle=k)
-        row: dict[str, object] = {"mode": int(one["mode_number"]), "aerodynamic damping ratio": float(one["aerodynamic_damping"])}
+        row: dict[str, object] = {
+            "mode": int(one["mode_number"]),
+            "aerodynamic damping ratio [%]": 100.0 * float(one["aerodynamic_damping"]),
+        }
         row |= {"stable": "yes" if float(one["stable"]) else "no", "frequency [Hz]": float(one["frequency"])}
         row |= {f"{name} [m]": float(one["amplitude"][o]) for o, name in enumerate(dataset["output"].values)}
         row["energy [J]"] = float(one["energy"])
@@ -200,8 +205,8 @@ def cycle_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         one = dataset.isel(case=case)
         there = np.isfinite(one["curve_damping"].values)
         columns = {"mode": np.full(int(there.sum()), int(one["mode_number"]))}
-        columns["aerodynamic damping ratio"] = -one["curve_damping"].values[there]
-        columns["dζ/d ln A"] = one["curve_slope"].values[there]
+        columns["aerodynamic damping ratio [%]"] = -100.0 * one["curve_damping"].values[there]
+        columns["dζ/d ln A [%]"] = 100.0 * one["curve_slope"].values[there]
         columns["frequency [Hz]"] = one["curve_frequency"].values[there]
         for output, name in enumerate(dataset["output"].values):
             columns[f"{name} [m]"] = one["curve_amplitude"].values[there, output]

@@ -29,7 +29,7 @@ from stickslip.analyses.solved_points import has_shapes, kept_shapes
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds import has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
-from stickslip.results.schema import Row, system_of
+from stickslip.results.schema import Certainty, Row, system_of
 from stickslip.results.view import level_text, spread
 from stickslip.show.plots.animation import Animation
 from stickslip.show.plots.deformed_shape import DeformedShape
@@ -65,8 +65,7 @@ def overview(datasets: Datasets, charts: Charts) -> str:
     for place, (label, dataset) in enumerate(datasets.items()):
         shown = presentation_of(dataset)
         warned = {line for key in ("warnings", "notes") for line in str(dataset.attrs.get(key, "")).splitlines()}
-        warnings: list[str] = []
-        sentences: list[str] = []
+        warnings, sentences, sure = list[str](), list[str](), list[str]()
         answer = ""
         if (frame := shown.tables(dataset).get(shown.answer)) is not None:
             answer = _framed(place, shown.answer, frame, stacked=len(frame.columns) > BESIDE)
@@ -74,16 +73,17 @@ def overview(datasets: Datasets, charts: Charts) -> str:
             sentence = PREFIX.sub("", line.strip())
             if sentence in warned or line.strip().startswith("warning, "):
                 warnings.append(sentence)
-            elif not (answer and isinstance(line, Row)):
+            elif not (answer and isinstance(line, Row)) and not isinstance(line, Certainty):
                 sentences.append(sentence)
+            sure += [f'<p class="note">{text(_sentence(sentence))}</p>'] if isinstance(line, Certainty) else []
         first, *rest = sentences
         lines = "".join(f"<li>{text(sentence)}</li>" for sentence in rest)
         seconds = dataset.attrs.get("cpu_seconds")
         note = "" if seconds is None else f'<p class="note">{text(f"{float(seconds):.3g} s of processor time")}.</p>'
         figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
         parts.append(
-            f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}'
-            f"{warnings_at_a_glance([_sentence(warning) for warning in warnings])}{figure}"
+            f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}{"".join(sure)}'
+            f"{warnings_at_a_glance({'': [_sentence(warning) for warning in warnings]})}{figure}"
             f"<ul>{lines}</ul>{note}"
         )
     return section("overview", "Overview", *parts)
@@ -121,7 +121,14 @@ def failures(datasets: Datasets, charts: Charts) -> str:
     parts = []
     for label, dataset in datasets.items():
         causes = "".join(f"<li>{text(sentence)}</li>" for sentence in presentation_of(dataset).failures(dataset))
-        parts.append(_head(label, datasets) + (f'<ul class="failed">{causes}</ul>' if causes else "<p>Nothing failed.</p>"))
+        parts.append(
+            _head(label, datasets)
+            + (
+                f'<ul class="failed">{causes}</ul>'
+                if causes
+                else "<p>Every case was computed; the overview says what came out and what to be careful about.</p>"
+            )
+        )
     return section("failures", "What failed, and why", *parts)
 
 

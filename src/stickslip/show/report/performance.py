@@ -15,7 +15,7 @@ from stickslip.show.plots.performance_curve import REGIONS, design_space, dissip
 from stickslip.show.plots.variability import tornado
 from stickslip.show.report.markup import Presentation, always, percent, presents
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.support.checks import in_percent
+from stickslip.support.checks import in_percent, listed
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -76,10 +76,10 @@ def _happened(dataset: xr.Dataset, case: int) -> list[str]:
     kinds = dataset["event_kind"].values[case]
     if not np.any(kinds):
         return []
-    known = [kind for kind in ("born", "ended", "merged", "swapped") if np.any(kinds == kind)]
-    counts = ", ".join(f"{np.count_nonzero(kinds == kind)} {kind}" for kind in known)
+    words = {"born": "appear", "ended": "disappear", "merged": "merge", "swapped": "overtake each other"}
+    counts = listed([f"{word} ({np.count_nonzero(kinds == kind)})" for kind, word in words.items() if np.any(kinds == kind)])
     low, high = np.nanmin(dataset["event_low"].values[case]), np.nanmax(dataset["event_high"].values[case])
-    return [f"F_C/F_E {low:.4g} to {high:.4g}: peaks {counts}; the report lists each of them"]
+    return [f"between F_C/F_E = {low:.4g} and {high:.4g} further resonance peaks {counts}; a table of the report lists them"]
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

@@ -22,7 +22,7 @@ from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.analyses.variability.samples import percentiles as percentiles_of
 from stickslip.results import quantities
-from stickslip.results.schema import CurveKind, in_system, kind_words, kinds_in, shown_table, system_of
+from stickslip.results.schema import CurveKind, Row, in_system, kind_words, kinds_in, shown_table, system_of
 from stickslip.results.view import (
     chosen_levels,
     force_text,
@@ -55,8 +55,9 @@ from stickslip.show.plots.response_curves import (
 )
 from stickslip.show.plots.time_response import bound_cycles, contact_forces, force_ratios, loops
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
+from stickslip.show.report.answer import error_words
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence, reached_sentences
-from stickslip.show.report.markup import Charts, Presentation, framed, hertz, presents, section
+from stickslip.show.report.markup import Charts, Presentation, framed, hertz, number, presents, section
 from stickslip.show.report.stress import (
     fatigue_sentences,
     fatigue_table,
@@ -255,7 +256,7 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
     warning = truncation_warning(of_attribute(dataset.attrs["harmonics"]), names, errors[case], choice)
     count, unknown = int(np.count_nonzero(worst > ALLOWED)), " or unknown" if np.isinf(worst).any() else ""
     more = f" ({count} of {len(errors)} {_curves(dataset)} above {100.0 * ALLOWED:g} %{unknown})" if count > 1 else ""
-    return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning and worst[case] else []
+    return [f"warning, {_level(dataset, case)}: {warning}{more}"] if warning and worst[case] else []
 
 
 def message_sentences(dataset: xr.Dataset) -> list[str]:
@@ -264,20 +265,25 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
     """
     found, harmonics, choice = [], of_attribute(dataset.attrs["harmonics"]), str(dataset.attrs.get("harmonics_chosen", ""))
     names = tuple(str(name) for name in dataset["output"].values)
-    for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED):
+    for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED).tolist():
         _, _, more = str(dataset["case_message"].values[case]).partition(". ")
         errors = dataset["truncation_error"].values[case] if "truncation_error" in dataset else np.zeros(1)
         rest = " ".join(more.replace(truncation_warning(harmonics, names, errors, choice), "").split())
-        found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
+        found += [f"warning, {_level(dataset, case)}: {rest}"] if rest else []
     found.sort(key=lambda words: ("Unstable motion" not in words, "true motion differs" not in words))
     return [*found[:1], *([f"  and of {counted(len(found) - 1, 'more curve')}; the report has them"] if len(found) > 1 else [])]
 
 
+def _level(dataset: xr.Dataset, case: int) -> str:
+    """ "force 20 N", or "force × 20" where levels are factors."""
+    level = force_text(dataset, case)
+    return level if level.startswith("force") else f"force {level}"
+
+
 def level_line(dataset: xr.Dataset, case: int) -> str:
     """The highest peak of one case."""
-    kind, level = kind_words(dataset, case), force_text(dataset, case)
-    head = f"{level}, {kind}" if kind else f"{level:<8}"
-    line = f"  {'' if level.startswith('force') else 'force '}{head} {peak_words(dataset, case)}"
+    kind, level = kind_words(dataset, case), _level(dataset, case)
+    line = f"  {f'{level}, {kind}' if kind else f'{level:<14}'} {peak_words(dataset, case)}"
     if ALL_NODES.variable not in dataset:
         return line
     change = float(dataset[ALL_NODES.variable].values[case, 0])
@@ -293,14 +299,14 @@ def outside_lines(dataset: xr.Dataset) -> list[str]:
     case, peak = max(found, key=lambda pair: pair[1].amplitude)
     measure, (factor, units) = measure_in(dataset), _unit(dataset, "peak_amplitude")
     size = factor * peak.amplitude / measure.per(float(dataset["force_level"][case]))
-    return [f"  outside the band, where it does not count: {peak.frequency:.6g} Hz, {measure.kind} {size:.6g} {units}"]
+    return [f"  outside the band, where it does not count: {hertz(peak.frequency)} Hz, {measure.kind} {number(size)} {units}"]
 
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
     """Of many start states at one force level those with the lowest, the median and the highest response."""
     chosen = representative_starts(dataset, cases)
-    level, solved = float(dataset["force_level"][cases[0]]), len(ranked(dataset, cases))
-    lines = [f"  force {level:g}, {counted(len(cases), 'start state')}, {solved} of them solved"]
+    level, solved = _level(dataset, cases[0]), len(ranked(dataset, cases))
+    lines = [f"  {level}, {counted(len(cases), 'start state')}, {solved} of them solved"]
     for word, case in zip(words_of(chosen), chosen, strict=True):
         start = f"start {int(dataset['start'][case]) + 1}"
         lines.append(f"    {word:<8} {start:<10} {peak_words(dataset, case)}")
@@ -312,18 +318,17 @@ def bound_sentences(bounds: xr.Dataset) -> list[str]:
     measure, (factor, units) = measure_in(bounds), _unit(bounds, "amplitude")
     of = "" if measure == DISPLACEMENT_AMPLITUDE else f" of the {measure.words}"
     lines = [f"bounds{of} over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
-    levels = bounds["force_level"].values
-    for case in spread(len(levels), MOST_LINES):
-        level = levels[case]
+    for case in spread(bounds.sizes["case"], MOST_LINES):
+        level = f"{_level(bounds, case):<14}"
         low, high = factor * bounds["amplitude"].values[case]
         if not np.any(np.isfinite(high - low)):
-            lines.append(f"  force {level:<8g} none found")
+            lines.append(f"  {level} none found")
             continue
         k = int(np.nanargmax(high - low))
         frequency = float(bounds["frequency"].values[k])
         at = bounds["resonance"].values[case, :, k]
-        peaks = f"{low[k]:12.6g} {units} at {at[0]:.6g} Hz to {high[k]:12.6g} {units} at {at[1]:.6g} Hz"
-        lines.append(f"  force {level:<8g} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
+        peaks = f"{number(low[k])} {units} at {hertz(at[0])} Hz to {number(high[k])} {units} at {hertz(at[1])} Hz"
+        lines.append(f"  {level} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
     return [*lines, *(f"  {sentence}" for sentence in bounds_warnings(bounds))]
 
 
@@ -333,8 +338,8 @@ def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
     frequencies, (low, high) = bounds["frequency"].values, factor * bounds["amplitude"].values[case]
     top = int(np.nanargmax(high))
     return (
-        f"furthest apart at {frequencies[widest]:.6g} Hz: {low[widest]:.6g} to {high[widest]:.6g} {units}; "
-        f"highest bound {high[top]:.6g} {units} at {frequencies[top]:.6g} Hz"
+        f"furthest apart at {hertz(frequencies[widest])} Hz: {number(low[widest])} to {number(high[widest])} {units}; "
+        f"highest bound {number(high[top])} {units} at {hertz(frequencies[top])} Hz"
     )
 
 
@@ -347,8 +352,9 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     size = factor * highest.amplitude / measure.per(float(dataset["force_level"][case]))
     if not highest.local:
         what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
-        return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
-    sentence = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
+        return f"{what} {hertz(highest.frequency)} Hz: {measure.kind} {number(size)} {units}"
+    error, loss = error_words(dataset, case, 0), number(highest.loss_factor)
+    sentence = f"{hertz(highest.frequency):>9} Hz   {measure.kind} {number(size):>8} {units} (error {error})   loss factor {loss}"
     sentence += ", unstable" if quantities.peak_is_unstable(dataset, case, 0, highest.point) else ""
     unjudged = "" if quantities.none_is_judged(dataset) else quantities.peak_unjudged(dataset, case, 0)
     sentence += f", stability {unjudged}" if unjudged else ""
@@ -357,7 +363,7 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     if end is None:
         return sentence
     size = factor * end.amplitude / measure.per(float(dataset["force_level"][case]))
-    return f"{sentence}; higher at an end of the curve, {end.frequency:.6g} Hz: {size:.6g} {units}"
+    return f"{sentence}; higher at an end of the curve, {hertz(end.frequency)} Hz: {number(size)} {units}"
 
 
 def _unit(dataset: xr.Dataset, variable: str) -> tuple[float, str]:
@@ -371,8 +377,8 @@ def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each case that did not reach the end of its band, and for each force level without bounds."""
     if _bounds_alone(dataset):
         return bounds_failures(dataset)
-    cases = zip(dataset["force_level"].values, dataset["case_outcome"].values, dataset["case_message"].values, strict=True)
-    broken = [f"force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
+    messages, lost = dataset["case_message"].values, dataset["case_outcome"].values != Outcome.CONVERGED
+    broken = [f"{_level(dataset, case)}: {messages[case]}".strip() for case in np.flatnonzero(lost).tolist()]
     return broken + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
 
 
@@ -400,6 +406,7 @@ PRESENTATION = presents(
 )
 
 
+HELD_ANSWER = "force and displacement at 90 degrees"
 MOST_HELD = 12
 """Amplitudes with a sentence each."""
 
@@ -409,18 +416,19 @@ def _held_name(dataset: xr.Dataset, case: int) -> str:
 
 
 def held_sentences(dataset: xr.Dataset) -> list[str]:
-    """Where force and displacement are at 90°, for each amplitude: the lowest force."""
-    lines, count, held = [], dataset.sizes["case"], f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"
+    """What is held, and where force and displacement are at 90°, for each amplitude: the lowest force."""
+    count, held = dataset.sizes["case"], f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"
+    lines = [f"{held} at {counted(count, 'amplitude')}; at phase resonance the force is lowest, 90° from the displacement"]
     factor, unit = in_system("N", system_of(dataset))
     for case in range(min(count, MOST_HELD)):
         resonances_of_case = dataset["resonance_frequency"].values[case]
         if not (resonances_of_case.size and np.isfinite(resonances_of_case[0])):
-            lines.append(f"{held} at {_held_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
+            lines.append(f"  {_held_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
             continue
         force, loss = (float(dataset[f"resonance_{name}"].values[case, 0]) for name in ("force_level", "loss_factor"))
         size = f"{factor * force:.4g} {unit}" if dataset["force_level"].attrs["units"] == "N" else f"force level {force:.4g}"
         at = f"{size} at {hertz(float(resonances_of_case[0]))} Hz"
-        lines.append(f"{held} at {_held_name(dataset, case)}: phase resonance with {at}, loss factor {loss:.4g}")
+        lines.append(Row(f"  {_held_name(dataset, case)}: phase resonance with {at}, loss factor {loss:.4g}"))
     if count > MOST_HELD:
         lines.append(f"{MOST_HELD} of {count} amplitudes; all stand in the report")
     return lines
@@ -452,7 +460,7 @@ def held_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             points.append((amplitude, *(float(dataset[name].values[case, k]) for name in columns)))
     at_90 = pd.DataFrame(rows, columns=[held, "frequency [Hz]", force, "loss factor"])
     curves = pd.DataFrame(points, columns=[held, "frequency [Hz]", force, "phase [degree]", "loss factor"])
-    return {"force and displacement at 90 degrees": at_90, "controlled response": curves}
+    return {HELD_ANSWER: at_90, "controlled response": curves}
 
 
 def held_figures(dataset: xr.Dataset) -> Figures:
@@ -463,5 +471,6 @@ def held_figures(dataset: xr.Dataset) -> Figures:
 
 
 HELD_PRESENTATION = presents(
-    "controlled_response", Presentation("Controlled response", held_sentences, held_failures, held_figures, held_tables)
+    "controlled_response",
+    Presentation("Controlled response", held_sentences, held_failures, held_figures, held_tables, answer=HELD_ANSWER),
 )

@@ -6,15 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip.results.view import length_text, level_text
+from stickslip.results.view import length_text, level_head, level_text
 from stickslip.show.plots.speed_sweep import run_up
 from stickslip.show.report.markup import Presentation, always, hertz, presents
 from stickslip.support.late import pd, xr
 
-NO_ERROR = (
-    "The error of the time steps is not estimated: double steps_per_period to see it. Stiffness and constant loads "
-    "are those at the middle of each cycle"
-)
 ANSWER, CYCLES = "largest amplitudes", "every cycle"
 
 
@@ -34,7 +30,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             f"{float(top['speed']):.5g} rev/min ({hertz(float(top['frequency']))} Hz), {float(top['time']):.4g} s after the start"
         )
         lines.append(f"{name}: {top['output'].item()} at most {size} at {where}; largest displacement of the run {largest}")
-    return [*lines, NO_ERROR, *warnings]
+    return [*lines, *warnings]
 
 
 def _largest(dataset: xr.Dataset, case: int, output: int) -> xr.Dataset:
@@ -61,14 +57,14 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     names = [name for name in HEADS if name not in ("cycle", "max_abs")]
     tops = [_largest(dataset, *place) for place in np.ndindex(dataset.sizes["case"], dataset.sizes["output"])]
     rows = [[top[name].item() for name in names] for top in tops]
-    return {ANSWER: pd.DataFrame(rows, columns=[HEADS[name] for name in names])}
+    return {ANSWER: pd.DataFrame(rows, columns=names).rename(columns=HEADS | {"force_level": level_head(dataset)})}
 
 
 def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every cycle of every run."""
     names = [name for name in HEADS if name != "largest"]
     table = dataset[["time", "speed", "frequency", "amplitude", "max_abs"]].to_dataframe().reset_index()
-    return {CYCLES: table.dropna(subset=["time"])[names].rename(columns=HEADS)}
+    return {CYCLES: table.dropna(subset=["time"])[names].rename(columns=HEADS | {"force_level": level_head(dataset)})}
 
 
 PRESENTATION = presents(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -11,14 +12,21 @@ import numpy as np
 from stickslip.analyses.contacts_at_rest import by_surface
 from stickslip.analyses.truncation import finer_sentences
 from stickslip.analyses.variability.bounds import detached, has_bounds
-from stickslip.results import view
+from stickslip.results import quantities, view
 from stickslip.results.schema import in_system, system_of
-from stickslip.results.view import representatives, spread
+from stickslip.results.view import spread
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, loops_at, loops_of, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
 from stickslip.show.report import conclusions
-from stickslip.show.report.answer import engine_order, peaks_at_a_glance
+from stickslip.show.report.answer import (
+    comparison,
+    engine_order,
+    highest_peaks,
+    least_certain_first,
+    peaks_at_a_glance,
+    warnings_at_a_glance,
+)
 from stickslip.show.report.markup import Charts, Choice, Opening, cell, framed, hertz, number, section, table, text
 from stickslip.show.report.stress import fatigue_headline
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
@@ -49,8 +57,9 @@ LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK
 
 
 def overview(datasets: Datasets, charts: Charts) -> str:
-    """The answer in a few sentences, the highest peaks at a glance, and what it took to compute them."""
-    parts = []
+    """The answer in a few sentences, the highest peaks at a glance, and what it took to compute them; of results that can be
+    compared one table, with those of each folded."""
+    compared, answered, parts, warnings = comparison(datasets), "", [], {}
     for label, dataset in datasets.items():
         answers = [
             fatigue_headline(dataset),
@@ -58,16 +67,26 @@ def overview(datasets: Datasets, charts: Charts) -> str:
             conclusions.further_curves_sentence(dataset),
             " ".join(conclusions.reached_sentences(dataset)),
         ]
+        begin = f"{label}: " if compared else ""
+        own = "".join(f'<p class="headline">{text(begin + answer)}</p>' for answer in answers if answer)
+        answered, warnings[label] = answered + own, least_certain_first(dataset)
         cases = range(dataset.sizes["case"])
         count, good = sum(view.points(dataset, c).size for c in cases), sum(view.converged_points(dataset, c).size for c in cases)
         whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
         solved = f"{whole}; {float(dataset.attrs['cpu_seconds']):.3g} s of processor time."
-        chosen = str(dataset.attrs.get("harmonics_chosen", ""))
-        how = [*([f"Chosen by “auto”: {chosen}."] if chosen else []), *finer_sentences(dataset)]
+        chosen, small = str(dataset.attrs.get("harmonics_chosen", "")), str(dataset.attrs.get("static_history", ""))
+        how = [f"Chosen by “auto”: {chosen}."] if chosen else []
+        how += [sentence for sentence in finer_sentences(dataset) if sentence != small]
         note = f"<details><summary>{text(solved)}</summary>{text(' '.join(how))}</details>" if how else text(solved)
         parts += [f"<h3>{text(label)}</h3>"] if len(datasets) > 1 else []
-        parts += [f'<p class="headline">{text(answer)}</p>' for answer in answers if answer]
-        parts += [peaks_at_a_glance(label, dataset), f'<div class="note">{note}</div>']
+        parts += [highest_peaks(label, dataset)] if compared else [own, peaks_at_a_glance(label, dataset)]
+        parts += [f'<div class="note">{note}</div>']
+    if compared:
+        known = Counter(verdict for data in datasets.values() for verdict, of in quantities.verdicts(data).items() for _ in of)
+        stability = ", ".join(f"{count} {verdict}" for verdict, count in known.items())
+        head = f"Each result, against linear responses; its peaks: {stability}"
+        each = f"<details><summary>{text(head)}</summary>{''.join(parts)}</details>"
+        parts = [compared, answered, warnings_at_a_glance(warnings), each]
     return section("overview", "Overview", *parts)
 
 
@@ -129,17 +148,7 @@ def peaks(datasets: Datasets, charts: Charts) -> str:
     trend = ""
     if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
         trend = charts.place("chart-trend", partial(compared_peaks, datasets), [Choice("Output", _outputs(*datasets.values()))])
-    levels = []
-    for label, dataset in datasets.items():
-        if dataset.sizes["case"] < 2:
-            continue
-        shown = representatives(dataset, MOST_SHOWN)
-        note = f'<p class="note">{text(f"Shown: {shown.words}.")}</p>' if shown.words else ""
-        items = "".join(f"<li>{text(conclusions.level_sentence(dataset, case))}</li>" for case in shown.cases)
-        said = f"<p>{text(conclusions.headline(dataset))}</p>{note}<ul>{items}</ul>"
-        folded = f"<details><summary>{text(label)}: each force level</summary>{said}</details>"
-        levels.append(folded if len(datasets) > 1 else said)
-    return section("peaks-section", "Peaks", trend, *levels, *parts)
+    return section("peaks-section", "Peaks", trend, *parts)
 
 
 def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
@@ -265,9 +274,7 @@ def failures(datasets: Datasets, charts: Charts) -> str:
         head = f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
         causes = "".join(f"<li>{text(sentence)}</li>" for sentence in conclusions.failures_of(dataset))
         fine = f"<p>Every point converged: {counted(count, 'point')} on {counted(dataset.sizes['case'], 'curve')}.</p>"
-        warnings = "".join(f"<li>{text(sentence)}</li>" for sentence in conclusions.warnings_of(dataset))
-        warned = f'<p>Warnings:</p><ul class="warnings">{warnings}</ul>' if warnings else ""
-        parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine) + warned)
+        parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine))
     return section("failures", "What failed, and why", *parts)
 
 

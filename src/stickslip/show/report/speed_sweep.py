@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip.results.view import length_text, level_text, linear_peak
+from stickslip.results.view import length_text, level_head, level_text, linear_peak
 from stickslip.show.plots.speed_sweep import over_speed
 from stickslip.show.report.answer import error_words, errors_of
 from stickslip.show.report.markup import Presentation, always, hertz, percent, presents
@@ -16,7 +16,6 @@ from stickslip.support.outcome import Outcome
 
 MOST = 12
 """Curves, or crossings, with a sentence each."""
-NO_ESTIMATE = "The error is not estimated for loss factors, lower peaks and other points of the curves."
 LINEAR = {"stuck": "with stuck contacts", "free": "without contacts"}
 """The linear responses that peaks are compared with."""
 
@@ -29,9 +28,9 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     peaks = dataset["peak_amplitude"].values[..., 0] if dataset.sizes["peak"] else np.array([np.nan])
     if len(curves) > 1 and np.isfinite(peaks).any():
         e, case, _ = np.unravel_index(np.nanargmax(peaks), peaks.shape)
-        lines = [f"highest peak: {_highest(dataset, int(e), int(case))}", *lines]
+        highest = _highest(dataset, int(e), int(case))
+        lines = [f"highest peak: {highest}", *(line for line in lines if line != highest)]
     lines += [f"{MOST} of {len(curves)} curves; the report shows all"] if len(curves) > MOST else []
-    lines += [NO_ESTIMATE] if np.isfinite(peaks).any() else []
     warnings = []
     for e, case in curves:
         # The message of a curve that arrived warns of what follows its first sentence.
@@ -93,7 +92,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     peaks, points = [], []
     for e, case in np.ndindex(dataset["outcome"].shape[:2]):
         level = float(dataset["force_level"].values[case])
-        first = {"engine order": int(dataset["engine_order"].values[e]), "force level": level}
+        first = {"engine order": int(dataset["engine_order"].values[e]), level_head(dataset): level}
         for k, o in np.argwhere(np.isfinite(dataset["peak_speed"].values[e, case])):
             names = ("peak_speed", "peak_frequency", "peak_amplitude", "peak_loss_factor")
             speed, frequency, size, loss = (dataset[name].values[e, case, k, o] for name in names)
@@ -103,7 +102,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             linear = _linear(of_order, case, float(frequency), int(o), float(size))
             row |= {f"{words} [m]": linear.get(which, np.nan) for which, words in LINEAR.items()}
             errors = errors_of(of_order, case, int(o)).values() if k == 0 else ()
-            peaks.append(row | {"estimated error": max(errors, default=np.nan)})
+            peaks.append(row | {"estimated error [%]": 100.0 * max(errors, default=np.nan)})
         for k in np.flatnonzero(dataset["outcome"].values[e, case] == Outcome.CONVERGED):
             speed, frequency = (dataset[name].values[e, case, k] for name in ("speed", "frequency"))
             row = {**first, "speed [rev/min]": speed, "frequency [Hz]": frequency}

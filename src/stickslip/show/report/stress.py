@@ -50,12 +50,12 @@ def fatigue_sentences(dataset: xr.Dataset) -> list[str]:
     """The headline, and the smallest margin of each force level."""
     lines = [fatigue_headline(dataset).replace("\xa0", " ")]
     smallest = smallest_margins(dataset)
-    for case, level in enumerate(dataset["force_level"].values):
+    for case in range(dataset.sizes["case"]):
         worst = smallest.get(case)
         answer = "no point was found"
         if worst:
-            answer = f"margin {worst.size:.3g} at {worst.frequency:.6g} Hz, {worst.place}"
-        lines.append(f"  force {level:<8g} {answer}")
+            answer = f"margin {worst.size:.3g} at {hertz(worst.frequency)} Hz, {worst.place}"
+        lines.append(f"  {level_text(dataset, case):<14} {answer}")
     return lines
 
 
@@ -190,7 +190,7 @@ def strain_sentences(dataset: xr.Dataset) -> list[str]:
     lines, levels = ["largest strain amplitude at gauges"], dataset["force_level"].values
     for largest in largest_strains(dataset):
         limit = "" if np.isnan(largest.limit) else f"; limit {largest.limit / MICRO:.4g} µm/m"
-        size = f"{largest.amplitude / MICRO:.4g} µm/m at {largest.frequency:.6g} Hz"
+        size = f"{largest.amplitude / MICRO:.4g} µm/m at {hertz(largest.frequency)} Hz"
         lines.append(f"  force {levels[largest.case]:<8g} {size}, {largest.gauge}{limit}")
     return lines
 
@@ -198,13 +198,13 @@ def strain_sentences(dataset: xr.Dataset) -> list[str]:
 def stress_sentences(dataset: xr.Dataset) -> list[str]:
     """The largest stress of each force level."""
     lines, (unit, name), every = ["largest von Mises stress"], pressure_unit(dataset), list(largest_stresses(dataset))
-    for case, level in enumerate(dataset["force_level"].values):
+    for case in range(dataset.sizes["case"]):
         of_case = (stress for stress in every if stress.case == case)
         worst = max(of_case, key=lambda stress: stress.von_mises, default=None)
         answer = "no point was found"
         if worst:
-            answer = f"{worst.von_mises / unit:.4g} {name} at {worst.frequency:.6g} Hz, {worst.place}"
-        lines.append(f"  force {level:<8g} {answer}")
+            answer = f"{worst.von_mises / unit:.4g} {name} at {hertz(worst.frequency)} Hz, {worst.place}"
+        lines.append(f"  {level_text(dataset, case):<14} {answer}")
     return lines
 
 

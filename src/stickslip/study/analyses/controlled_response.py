@@ -39,7 +39,7 @@ def plan(asked: Asked) -> Works:
     fineness: dict[str, Any] = {"harmonics": base.harmonics, "samples": base.samples}
     work = ControlledResponseWork(sweep.problem, sweep.band, **values, **fineness)
     held = counted(len(work.amplitudes), "held amplitude")
-    return Works(work, f"{summary_of(sweep)}; {held} of the {work.quantity} of {names[work.output]}")
+    return Works(work, f"{summary_of(sweep, with_levels=False)}; {held} of the {work.quantity} of {names[work.output]}")
 
 
 KIND = Kind(
