@@ -1,268 +1,198 @@
-"""The balance of one mistuned wheel on the forces of its contacts, sector by sector."""
+"""The balance of one mistuned wheel on the forces of its contacts: λ − λ̂(w) on few shapes of each sector.
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+The forces of a `Point` are μ (N r, 2H+1) and its motions z and the outputs (N r + N outputs, 2H+1), so that continuation and
+searches of peaks take a wheel as they take any other balance. The contact laws see the contacts themselves, √K_c w = U z, and
+λ̂ of each sector is brought back to its shapes.
+"""
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, NamedTuple, Self
 
 import numpy as np
-from scipy import linalg
+from numpy.typing import NDArray
 
 from stickslip.model.contact.point import ContactTable
-from stickslip.model.contact.protocol import HELD
-from stickslip.model.problem import Problem
-from stickslip.solve.balance.balance import Evaluation, Factors, HarmonicBalance, PathCondition, Point
-from stickslip.solve.balance.contact_answer import contact_answer
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Parameter, PathCondition, Point
 from stickslip.solve.balance.contact_forces import compile_contact_forces
 from stickslip.solve.balance.fourier import Fourier, complex_harmonics, fourier, real_harmonics
+from stickslip.solve.balance.resonances import Limit, Resonances, contacts_and_outputs
 from stickslip.solve.balance.system import Direction, State
-from stickslip.solve.wheels.tuned import NEAR, Complex, Residual, TunedWheel
+from stickslip.solve.wheels.contact_answer import contact_answer
+from stickslip.solve.wheels.factors import WheelFactors
+from stickslip.solve.wheels.tuned import NEAR, Complex, Shapes, TunedWheel
 from stickslip.support.checks import Array, Index
 
-INNER, MOST = 1e-6, 60
+TANGENT = 1e-4
+"""Relative accuracy of directions along a curve: they are slopes of searches of peaks to as much."""
 
 
-class Shapes:
-    """Shapes U (rows, r) of a sector's contacts, scaled by √K_c, with what the tuned disk does on them."""
+class At(NamedTuple):
+    """Linear parts at one frequency: gains of the modes (k, H+1) and their derivatives by ω; what the modes above add by μ
+    (H+1, N, r + outputs, r) and by the load (H+1, N, r + outputs), and the derivatives of both."""
 
-    def __init__(self, wheel: TunedWheel, U: Array) -> None:
-        self.U, self.size = U, U.shape[1]
-        self.ends = [wheel.residual(U, omega) for omega in wheel.band]
-        middle = 0.5 * sum(wheel.band)
-        self.local = wheel.local(U, middle)
-        c = 2 * wheel.highest + 1
-        block = np.zeros((self.size, c, self.size, c))
-        for h, R in enumerate(self.local):
-            if h == 0:
-                block[:, 0, :, 0] = R.real
-                continue
-            a, b = 2 * h - 1, 2 * h
-            block[:, a, :, a] = block[:, b, :, b] = R.real
-            block[:, a, :, b], block[:, b, :, a] = R.imag, -R.imag
-        self.block = block.reshape(self.size * c, self.size * c)
-
-
-@dataclass(eq=False)
-class WheelFactors:
-    """M ≈ J = I + D R of an evaluation, ready to be solved: inverse blocks of the sectors, and what the resonant modes add."""
-
-    balance: "WheelBalance"
-    evaluation: Evaluation
-    condition: PathCondition
-    inverse: Array
-    spread: Array
-    small: Array
-    along: tuple[Array, Array] | None = None
-    orientation: float = 1.0
-    products: int = 0
-
-    @property
-    def size(self) -> int:
-        return int(self.inverse.shape[0] * self.inverse.shape[1])
-
-    def precondition(self, v: Array) -> Array:
-        """M⁻¹ v, v (N r, 2H+1)."""
-        N, size = self.inverse.shape[:2]
-        x = self.inverse @ v.reshape(N, size, 1)
-        modal = self.small @ (self.balance.resonant.T @ x.reshape(-1)) if self.small.size else None
-        if modal is None:
-            return x.reshape(v.shape)
-        return (x.reshape(-1) - self.spread @ modal).reshape(v.shape)
-
-    def solve(self, b: Array) -> Array:
-        """J⁻¹ b by GMRES on M."""
-        balance, D = self.balance, self.evaluation.state.own
-        beta = float(np.linalg.norm(b))
-        if beta == 0.0:
-            return np.zeros_like(b)
-        V, Z, Hm = [b / beta], [], np.zeros((MOST + 1, MOST))
-        for k in range(MOST):
-            Z.append(self.precondition(V[k]))
-            pushed = (D @ -balance.change(Z[k], self.evaluation.point.omega)[: balance.rows].reshape(D.shape[0], -1, 1))
-            v = Z[k] + pushed.reshape(b.shape)
-            for i in range(k + 1):
-                Hm[i, k] = np.vdot(V[i], v)
-                v = v - Hm[i, k] * V[i]
-            Hm[k + 1, k] = np.linalg.norm(v)
-            e = np.zeros(k + 2)
-            e[0] = beta
-            y = np.linalg.lstsq(Hm[: k + 2, : k + 1], e, rcond=None)[0]
-            if np.linalg.norm(e - Hm[: k + 2, : k + 1] @ y) <= INNER * beta:
-                break
-            V.append(v / Hm[k + 1, k])
-        self.products += k + 1
-        balance.products += k + 1
-        return np.asarray(sum(a * z for a, z in zip(y, Z, strict=True)))
-
-    def tangent(self) -> tuple[Array, Array]:
-        """dλ/dω and dw/dω along the curve."""
-        if self.along is None:
-            balance, state, point = self.balance, self.evaluation.state, self.evaluation.point
-            by_omega = balance.slope(point)
-            N = balance.wheel.sectors
-            push = (state.own @ by_omega[: balance.rows].reshape(N, -1, 1)).reshape(point.forces.shape) + state.by_omega
-            forces = self.solve(push)
-            self.along = forces, by_omega + balance.change(forces, point.omega)
-        return self.along
+    gains: Complex
+    slopes: Complex
+    by_forces: Complex
+    by_load: Complex
+    forces_slope: Complex
+    load_slope: Complex
 
 
 class WheelBalance(HarmonicBalance):
-    """The balance of one mistuned wheel; forces of a `Point` are μ (N r, 2H+1), motions z and outputs (N r + outputs, 2H+1)."""
+    """One wheel on shapes; table: of the contacts of all sectors; blade, pull: deviations of blade frequencies and factors of
+    static loads, (N,)."""
 
-    def __init__(
-        self, wheel: TunedWheel, shapes: Shapes, samples: int, blade: Array, pull: Array, table: ContactTable, problem: Problem
-    ) -> None:
-        self.wheel, self.shapes, self.problem = wheel, shapes, problem
-        N, r, o, H = wheel.sectors, shapes.size, wheel.outputs, wheel.highest
-        self.harmonics = self.highest = H
-        self.columns = 2 * H + 1
+    def __init__(self, wheel: TunedWheel, shapes: Shapes, samples: int, table: ContactTable, blade: Array, pull: Array) -> None:
+        self.wheel, self.shapes, self.problem, self._table = wheel, shapes, wheel.disk, table
+        self.highest = self.harmonics = H = wheel.highest
+        self.columns, self.rows = 2 * H + 1, wheel.sectors * shapes.size
         self.kept, self.dropped = np.arange(self.columns), np.arange(0)
-        self.rows = N * r
-        self.contact_table, self.fourier = table, fourier(H, samples)
+        self._fourier = fourier(H, samples)
         compile_contact_forces(table)
-        self.modes = wheel.ritz(blade, shapes.U, pull)
-        motion = self.modes.shapes
-        self.contacts = np.ascontiguousarray(motion[:, :r].reshape(N * r, -1))
-        self.all_rows = np.ascontiguousarray(np.vstack([self.contacts, motion[:, r:].reshape(N * o, -1)]))
+        self.modes = wheel.ritz(blade, pull, shapes.U)
         self.pull = np.fft.ifft(pull)
-        self.scale = 1.0 / np.sqrt(wheel.stiffness)
-        self._known: dict[float, Any] = {}
-        middle = 0.5 * sum(wheel.band)
-        columns = []
-        inverse_gains = []
-        for h in range(1, H + 1):
-            near = np.flatnonzero(np.abs(1.0 - (h * middle / self.modes.omega) ** 2) < NEAR)
-            for part in (2 * h - 1, 2 * h):
-                placed = np.zeros((N * r, self.columns, near.size))
-                placed[:, part] = self.contacts[:, near]
-                columns.append(placed.reshape(N * r * self.columns, near.size))
-            inverse_gains.append((h, near))
-        self.resonant = np.hstack(columns)
-        self.near = inverse_gains
-        U = shapes.U
-        first = np.arange(N * wheel.rows).reshape(N, -1)[0]
-        normal, partner = table.loading_row[first], table.partner_row[first]
-        S = self.scale[:, None] * U
-        def pairs(other: Index) -> Array:
-            chosen = other >= 0
-            return np.where(chosen[:, None, None], S[:, :, None] * S[np.where(chosen, other, 0)][:, None, :], 0.0).reshape(len(U), -1).T
-        self.S = S
-        self.pairs = [np.ascontiguousarray(pairs(other)) for other in (first, normal, partner)]
-        self.evaluations = self.factorisations = self.products = 0
-        self.seconds: dict[str, float] = {}
+        self.scaled = shapes.U / np.sqrt(wheel.stiffness)[:, None]
+        self.near = [(h, np.flatnonzero(np.abs(1.0 - (h * wheel.middle / self.modes.omega) ** 2) < NEAR)) for h in range(1, H + 1)]
+        contacts = self.modes.contacts.astype(np.float32)
+        self.resonant = [(part, np.ascontiguousarray(contacts[:, k])) for h, k in self.near for part in (2 * h - 1, 2 * h)]
+        own = np.arange(len(shapes.U))
+        self.pairs = [self._pairs(other[: own.size]) for other in (own, table.loading_row, table.partner_row)]
+        self._at: tuple[float, At] | None = None
+
+    def _pairs(self, other: Index) -> NDArray[np.float32]:
+        """What the derivative of a row by another one counts for between two shapes, (r², rows); other (rows,), −1 for none."""
+        rows = np.where((other >= 0)[:, None], self.scaled[other], 0.0)
+        both = self.scaled[:, :, None] * rows[:, None, :]
+        return np.ascontiguousarray(both.reshape(len(both), -1).T, dtype=np.float32)
 
     @property
     def table(self) -> ContactTable:
-        return self.contact_table
+        return self._table
 
     @property
     def tables(self) -> Fourier:
-        return self.fourier
+        return self._fourier
 
-    def _gains(self, omega: float) -> tuple[Complex, Complex, Complex, Complex]:
-        """Gains of the modes (k, H+1), their derivatives by ω, the residual receptance and its derivative."""
-        if omega not in self._known:
-            h, own = np.arange(self.highest + 1), self.modes.omega[:, None]
-            zeta = self.wheel.ratio
-            g = 1.0 / (own**2 - (h * omega) ** 2 + 2j * zeta * own * h * omega)
-            slope = g**2 * (2.0 * h**2 * omega - 2j * zeta * own * h)
-            low, high = (omega_end**2 for omega_end in self.wheel.band)
-            share = (omega**2 - low) / (high - low)
-            a, b = self.shapes.ends
-            R = (1.0 - share) * a.by_forces + share * b.by_forces
-            L = (1.0 - share) * a.by_load + share * b.by_load
-            rate = 2.0 * omega / (high - low)
-            self._known = {omega: (g, slope, R, L, rate * (b.by_forces - a.by_forces), rate * (b.by_load - a.by_load))}
-        return self._known[omega]
+    @property
+    def linear(self) -> Self:  # type: ignore[override]
+        """What looks for resonances asks the linear part for them."""
+        return self
 
-    def _waves(self, R: Complex, forces: Array) -> Complex:
-        """−R μ, (N, r + o, H+1), by the receptance of each nodal diameter (H+1, N, r + o, r)."""
-        N = self.wheel.sectors
-        waves = np.fft.ifft(complex_harmonics(forces.reshape(N, -1, self.columns)), axis=0)
-        return np.fft.fft(-(R @ waves.transpose(2, 0, 1)[..., None])[..., 0], axis=1).transpose(1, 2, 0)
+    @cached_property
+    def resonances(self) -> "WheelResonances":
+        """Where the harmonics may meet a resonance of the stuck wheel."""
+        return WheelResonances(self)
 
-    def _loaded(self, L: Complex, level: float, static: bool) -> Complex:
-        """What the load adds through the higher families, (N, r + o, H+1)."""
-        N, H, EO = self.wheel.sectors, self.highest, self.wheel.disk.engine_order
-        waves = np.zeros((H + 1, N, L.shape[2]), dtype=complex)
-        if static:
-            waves[0] = self.pull[:, None] * L[0]
-        for h in range(1, H + 1):
-            waves[h, h * EO % N] = level * L[h, h * EO % N]
-        return np.fft.fft(waves, axis=1).transpose(1, 2, 0)
+    def at(self, omega: float) -> At:
+        """The linear parts at a frequency; the last ones are kept."""
+        if self._at is None or self._at[0] != omega:
+            own, h, zeta = self.modes.omega[:, None], np.arange(self.highest + 1), self.wheel.ratio
+            gains = 1.0 / (own**2 - (h * omega) ** 2 + 2j * zeta * own * h * omega)
+            slopes = gains**2 * (2.0 * h**2 * omega - 2j * zeta * own * h)
+            low, high = (end**2 for end in self.wheel.band)
+            share, rate = (omega**2 - low) / (high - low), 2.0 * omega / (high - low)
+            parts = [((1.0 - share) * a + share * b, rate * (b - a)) for a, b in zip(*self.shapes.ends, strict=True)]
+            self._at = omega, At(gains, slopes, parts[0][0], parts[1][0], parts[0][1], parts[1][1])
+        return self._at[1]
 
-    def _rows(self, modal: Complex, rest: Complex) -> Array:
-        """Motion (N r + outputs, 2H+1) of modal amplitudes (k, H+1) and of the rest (N, r + o, H+1)."""
-        r = self.shapes.size
-        found = self.all_rows @ real_harmonics(modal)
-        real = real_harmonics(rest)
-        found[: self.rows] += real[:, :r].reshape(self.rows, -1)
-        found[self.rows :] += real[:, r:].reshape(found.shape[0] - self.rows, -1)
-        return found
+    def _moved(self, modal: Complex, waves: Complex) -> Array:
+        """Motion of modal amplitudes (k, H+1) and of waves of each nodal diameter (H+1, N, r + outputs)."""
+        r, found = self.shapes.size, self.modes.motion @ real_harmonics(modal)
+        rest = real_harmonics(np.fft.fft(waves, axis=1).transpose(1, 2, 0))
+        found[: self.rows] += rest[:, :r].reshape(self.rows, -1)
+        found[self.rows :] += rest[:, r:].reshape(len(found) - self.rows, -1)
+        return np.asarray(found)
 
-    def _pulled(self, forces: Array) -> Complex:
-        return complex_harmonics(self.contacts.T @ forces)
+    def _driven(self, forces: Array) -> tuple[Complex, Complex]:
+        """Modal forces (k, H+1) and waves (H+1, N, r, 1) of −μ."""
+        modal = -complex_harmonics(self.modes.contacts.T @ forces)
+        by_sector = complex_harmonics(forces.reshape(self.wheel.sectors, -1, self.columns))
+        return modal, -np.fft.ifft(by_sector, axis=0).transpose(2, 0, 1)[..., None]
+
+    def _loaded(self, by_load: Complex, level: float) -> Complex:
+        """Waves (H+1, N, r + outputs) that the harmonic load drives through the modes above; each harmonic has one."""
+        waves = np.zeros(by_load.shape, dtype=complex)
+        for h in range(1, self.highest + 1):
+            n = h * self.wheel.disk.engine_order % self.wheel.sectors
+            waves[h, n] = level * by_load[h, n]
+        return waves
+
+    def _amplitudes(self, gains: Complex, modal: Complex) -> Complex:
+        found = gains * modal
+        found[:, 0] = self.modes.held @ modal[:, 0]
+        return np.asarray(found)
 
     def motion(self, point: Point) -> Array:
-        g, _, R, L, *_ = self._gains(point.omega)
-        drive = point.level * self.modes.driven.T - self._pulled(point.forces)
-        drive[:, 0] += self.modes.static
-        modal = g * drive
-        modal[:, 0] = self.modes.held @ drive[:, 0]
-        return self._rows(modal, self._waves(R, point.forces) + self._loaded(L, point.level, True))
+        """z and outputs at a point."""
+        at = self.at(point.omega)
+        modal, waves = self._driven(point.forces)
+        modal += point.level * self.modes.driven
+        modal[:, 0] += self.modes.static
+        rest = (at.by_forces @ waves)[..., 0] + self._loaded(at.by_load, point.level)
+        rest[0] += self.pull[:, None] * at.by_load[0]
+        return self._moved(self._amplitudes(at.gains, modal), rest)
 
     def change(self, forces: Array, omega: float) -> Array:
-        """Change of motion for a change of forces."""
-        g, _, R, *_ = self._gains(omega)
-        drive = -self._pulled(forces)
-        modal = g * drive
-        modal[:, 0] = self.modes.held @ drive[:, 0]
-        return self._rows(modal, self._waves(R, forces))
+        """Change of the motion for a change of μ."""
+        at = self.at(omega)
+        modal, waves = self._driven(forces)
+        return self._moved(self._amplitudes(at.gains, modal), (at.by_forces @ waves)[..., 0])
 
     def slope(self, point: Point) -> Array:
-        """Derivative of the motion by ω at fixed forces."""
-        _, slope, _, _, R, L = self._gains(point.omega)
-        modal = slope * (point.level * self.modes.driven.T - self._pulled(point.forces))
-        modal[:, 0] = 0.0
-        return self._rows(modal, self._waves(R, point.forces) + self._loaded(L, point.level, False))
+        """Derivative of the motion by ω at fixed μ."""
+        at = self.at(point.omega)
+        modal, waves = self._driven(point.forces)
+        rest = (at.forces_slope @ waves)[..., 0] + self._loaded(at.load_slope, point.level)
+        return self._moved(at.slopes * (modal + point.level * self.modes.driven), rest)
 
     def evaluate(self, point: Point) -> Evaluation:
-        self.evaluations += 1
-        N, r, c = self.wheel.sectors, self.shapes.size, self.columns
-        w = self.motion(point)
-        contacts = (self.S @ w[: self.rows].reshape(N, r, c)).reshape(-1, c)
-        target, unknown, own, coupling, cross, by_omega = contact_answer(self.contact_table, self.fourier, contacts, point.omega)
-        reduced = (self.S.T @ target.reshape(N, -1, c)).reshape(-1, c)
-        D = sum(
-            pairs @ blocks.reshape(N, -1, c * c) for pairs, blocks in zip(self.pairs, (own, coupling, cross), strict=True) if blocks.size
-        )
-        D = np.ascontiguousarray(D.reshape(N, r, r, c, c).transpose(0, 1, 3, 2, 4)).reshape(N, r * c, r * c)
-        residual = point.forces - reduced
-        error = np.linalg.norm(residual) / max(np.linalg.norm(reduced + w[: self.rows]), np.finfo(float).tiny)
-        none = np.empty((0, 0, 0))
-        by = (self.S.T @ by_omega.reshape(N, -1, c)).reshape(-1, c)
-        state = State(point.forces, none.astype(complex), w, residual, unknown, D, none, none, by, float(error))
-        return Evaluation(point, self.contact_table, state)
+        """Motion, residual and the derivatives of the contacts themselves, which `WheelFactors` brings to the shapes."""
+        N, c, w = self.wheel.sectors, self.columns, self.motion(point)
+        contacts = (self.scaled @ w[: self.rows].reshape(N, -1, c)).reshape(-1, c)
+        target, unknown, own, coupling, cross, by_omega = contact_answer(self.table, self.tables, contacts, point.omega)
+        residual, by = (self._on_shapes(each) for each in (target, by_omega))
+        residual = point.forces - residual
+        carried = point.forces - residual + w[: self.rows]
+        error = float(np.linalg.norm(residual) / max(np.linalg.norm(carried), np.finfo(float).tiny))
+        state = State(point.forces, np.empty((0, 0, 0), dtype=complex), w, residual, unknown, own, coupling, cross, by, error)
+        return Evaluation(point, self.table, state)
 
-    def factorise(self, evaluation: Evaluation, condition: PathCondition) -> Factors:
-        self.factorisations += 1
-        D = self._derived(evaluation).own
-        evaluation = replace(evaluation, state=self._derived(evaluation))
-        inverse = np.linalg.inv(np.eye(D.shape[1]) + D @ self.shapes.block)
-        N, size = D.shape[:2]
-        by_sector = self.resonant.reshape(N, size, -1)
-        spread = (inverse @ (D @ by_sector)).reshape(N * size, -1)
-        omega, blocks = evaluation.point.omega, []
-        for h, near in self.near:
-            own = self.modes.omega[near]
-            inv = own**2 - (h * omega) ** 2 + 2j * self.wheel.ratio * own * h * omega
-            blocks.append(np.block([[np.diag(inv.real), np.diag(inv.imag)], [-np.diag(inv.imag), np.diag(inv.real)]]))
-        small = np.linalg.inv(linalg.block_diag(*blocks) + self.resonant.T @ spread)
-        return WheelFactors(self, evaluation, condition, inverse, spread, small)  # type: ignore[return-value]
+    def _on_shapes(self, rows: Array) -> Array:
+        return np.asarray((self.scaled.T @ rows.reshape(self.wheel.sectors, -1, self.columns)).reshape(self.rows, self.columns))
 
-    def tangent(self, evaluation: Evaluation, parameter: Any, factors: Any) -> Direction:
-        forces, motion = factors.tangent()
-        rate = 1.0 / factors.condition.rate(motion, 1.0)
-        return Direction(rate * forces, rate * motion, rate, 0.0)
+    def derivative(self, evaluation: Evaluation) -> NDArray[np.float32]:
+        """∂λ̂/∂z of each sector on its shapes, (N, r (2H+1), r (2H+1))."""
+        state, N, r, c = evaluation.state, self.wheel.sectors, self.shapes.size, self.columns
+        blocks = zip(self.pairs, (state.own, state.coupling, state.cross), strict=True)
+        found = sum(pairs @ block.reshape(N, -1, c * c).astype(np.float32) for pairs, block in blocks if block.size)
+        return np.ascontiguousarray(found.reshape(N, r, r, c, c).transpose(0, 1, 3, 2, 4)).reshape(N, r * c, r * c)  # type: ignore[union-attr]
+
+    def factorise(self, evaluation: Evaluation, condition: PathCondition) -> WheelFactors:  # type: ignore[override]
+        """The preconditioner of Newton's system at an evaluation."""
+        return WheelFactors.of(self, replace(evaluation, state=self._derived(evaluation)), condition)
+
+    def tangent(self, evaluation: Evaluation, parameter: Parameter, factors: WheelFactors) -> Direction:  # type: ignore[override]
+        """Direction along the curve over ω, the path condition growing at rate one."""
+        return Direction(*factors.solve(np.zeros((self.rows, self.columns)), 1.0, TANGENT), 0.0)
 
     def carried_forces(self, evaluation: Evaluation) -> Array:
+        """Contact forces F = λ̂ + K_c w on the shapes, (N r, 2H+1)."""
         return np.asarray(evaluation.point.forces - evaluation.residual + evaluation.w[: self.rows])
+
+
+class WheelResonances(Resonances):
+    """Natural frequencies of the stuck wheel over h, from its Ritz modes."""
+
+    def __init__(self, balance: WheelBalance) -> None:
+        modes, held = balance.modes, np.ones(balance.rows, dtype=bool)
+        ratios = np.full(modes.omega.size, balance.wheel.ratio)
+        sizes = contacts_and_outputs(modes.motion**2, balance.rows)
+        load = real_harmonics(modes.driven)[None]
+        self.limits = [Limit(held, modes.omega, ratios, modes.contacts, sizes, load)]
+        harmonic, mode = (each.ravel() for each in np.mgrid[1 : balance.highest + 1, 0 : modes.omega.size])
+        self._arrange(modes.omega[mode] / harmonic, harmonic, balance.wheel.ratio * modes.omega[mode] / harmonic, 0 * mode, mode)
+
+    def where_stuck(self, unknown: Index) -> None:
+        """Not known: the wheel is too large to be decomposed for each of its contact states."""
+        return

@@ -20,5 +20,6 @@ def contact_answer(given: ContactTable, tables: Fourier, w: Array, omega: float)
     target, unknown = empty_table(rows, columns), zero_numbers(rows)
     own, coupling = empty_blocks(rows, columns, columns), empty_blocks(rows, columns, columns)
     cross, by_omega = empty_blocks(coupled, columns, columns), zero_table(rows, columns)
+    coupling[:], cross[:] = 0.0, 0.0  # of normal rows, and of rows whose law couples nothing, it says nothing
     contact_forces(table, forms, w, omega, target, unknown, own, coupling, cross, by_omega)
     return boxed((target, unknown, own, coupling, cross, by_omega))
