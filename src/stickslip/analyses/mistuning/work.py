@@ -167,18 +167,23 @@ class PopulationWork(MeasuredOutput, Execution):
     def by_sector(self) -> bool:
         """Whether each disk is solved sector by sector on few shapes of its contacts (`solve/wheels`): where all modes have one
         damping ratio, blades, friction or pull deviate, and no stress is asked for."""
-        disk, sweep, differ = self.tuned, self.sweep, (self.base, self.scatter)
-        one_ratio = isinstance(rule := disk.structure.damping, ModalDamping) and np.ndim(rule.ratio) == 0 and rule.on == "stuck"
-        alike = not any(np.any(getattr(each, name)) for each in differ for name in ("kt", "kn", "missing"))
-        plain = disk.speed is None and not disk.aerodynamics and disk.modes_to is None and not self.places
-        held = all(force.power == 0 for force in disk.forces) and isinstance(sweep.harmonics, int)
-        if not (one_ratio and alike and plain and held) or sweep.settings.listed or not np.all(np.asarray(rule.ratio) > 0.0):
+        disk, sweep, rule = self.tuned, self.sweep, self.tuned.structure.damping
+        if (
+            not isinstance(rule, ModalDamping)
+            or np.ndim(rule.ratio)
+            or rule.on != "stuck"
+            or not np.all(np.greater(rule.ratio, 0.0))
+        ):
+            return False
+        deviating = (getattr(each, name) for each in (self.base, self.scatter) for name in ("kt", "kn", "missing"))
+        other = disk.speed is not None or disk.aerodynamics or disk.modes_to is not None or self.places or sweep.settings.listed
+        if other or any(map(np.any, deviating)) or any(f.power for f in disk.forces) or not isinstance(sweep.harmonics, int):
             return False
         try:
-            wheels = self._wheels_of(disk)
+            shapes = self._wheels_of(disk).few.size
         except LinAlgError:  # degrees of freedom without mass
             return False
-        return wheels.few.size < len(disk.contact_stiffness)
+        return bool(shapes < len(disk.contact_stiffness))
 
     @cached_property
     def wheels(self) -> Wheels:
@@ -262,7 +267,11 @@ class PopulationWork(MeasuredOutput, Execution):
         measure, blade, pull = self.sweep.measure, given.deviation("blade"), 1.0 + given.deviation("pull")
         table = contact_table(deviating_contacts(self.started.contacts * self.disk.sectors, given))
         found = self.wheels.curve(blade, pull, table, measure, self.peak_tolerance, report)
-        per, hertz, stress = measure.per(self.sweep.levels[0]), 0.5 / np.pi, np.zeros((blade.size, 0, len(SIZES) + len(COMPONENTS)))
+        per, hertz, stress = (
+            measure.per(self.sweep.levels[0]),
+            0.5 / np.pi,
+            np.zeros((blade.size, 0, len(SIZES) + len(COMPONENTS))),
+        )
         arrays = {"frequency": hertz * found.omega, "amplitude": found.sizes / per, "peak": found.peak / per}
         message = Outcome.CONVERGED.sentence
         if found.unproven:

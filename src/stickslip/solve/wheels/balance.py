@@ -7,7 +7,7 @@ searches of peaks take a wheel as they take any other balance. The contact laws 
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +53,9 @@ class WheelBalance(HarmonicBalance):
         self.modes = wheel.ritz(blade, pull, shapes.U)
         self.pull = np.fft.ifft(pull)
         self.scaled = shapes.U / np.sqrt(wheel.stiffness)[:, None]
-        self.near = [(h, np.flatnonzero(np.abs(1.0 - (h * wheel.middle / self.modes.omega) ** 2) < NEAR)) for h in range(1, H + 1)]
+        self.near = [
+            (h, np.flatnonzero(np.abs(1.0 - (h * wheel.middle / self.modes.omega) ** 2) < NEAR)) for h in range(1, H + 1)
+        ]
         contacts = self.modes.contacts.astype(np.float32)
         self.resonant = [(part, np.ascontiguousarray(contacts[:, k])) for h, k in self.near for part in (2 * h - 1, 2 * h)]
         own = np.arange(len(shapes.U))

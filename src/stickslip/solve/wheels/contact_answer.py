@@ -10,7 +10,9 @@ from stickslip.support.kernels.views import view
 
 
 @kernel
-def contact_answer(given: ContactTable, tables: Fourier, w: Array, omega: float) -> tuple[Array, Index, Array, Array, Array, Array]:
+def contact_answer(
+    given: ContactTable, tables: Fourier, w: Array, omega: float
+) -> tuple[Array, Index, Array, Array, Array, Array]:
     """λ̂ of contacts, their states and derivatives, as `contact_forces` fills them."""
     table, forms, rows, columns = view(given), view(tables), w.shape[0], w.shape[1]
     coupled = 0

@@ -5,6 +5,7 @@ more of them. The curve begins where the tuned wave is, at an end of the band.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -44,8 +45,8 @@ LEAST = 0.9
 
 @dataclass(frozen=True, eq=False)
 class WheelCurve:
-    """omega (points,) rad/s and sizes (points, N) along the curve; peak, place (N,): the highest size of each blade inside the band
-    and its ω; work (N,): friction work of each damper per period at the highest, J; unproven: where a blade may be higher."""
+    """omega (points,) rad/s and sizes (points, N) along the curve; peak, place (N,): the highest size of each blade inside the
+    band and its ω; work (N,): friction work of each damper per period at the highest, J; unproven: where a blade may be higher."""
 
     omega: Array
     sizes: Array
@@ -104,13 +105,13 @@ class Wheels:
                 size = _sizes(balance, place, measure)[b]
                 if size > peak[b] and search.holds(place.point.omega):
                     peak[b], best[b] = size, place
-        place = np.array([each.point.omega for each in best])
+        omegas = np.array([each.point.omega for each in best])
         finer = WheelBalance(self.tuned, self.more, self.samples, table, blade, pull)
         climbed = {}
-        for b in np.flatnonzero(peak >= (1.0 - CLOSE) * peak.max()):
+        for b in np.flatnonzero(peak >= (1.0 - CLOSE) * peak.max()).tolist():
             climbed[b] = self._climbed(finer, best[b].point, b, measure, tolerance)
-            peak[b], place[b] = climbed[b][:2]
-        return WheelCurve(omega, sizes, peak, place, climbed[int(peak.argmax())][2], tuple(unproven))
+            peak[b], omegas[b] = climbed[b][:2]
+        return WheelCurve(omega, sizes, peak, omegas, climbed[int(peak.argmax())][2], tuple(unproven))
 
     def _traced(self, balance: WheelBalance, report: Callable[[float], None]) -> list[CurvePoint]:
         """The points from one end of the band to the other, the first that arrives of the ways from both ends."""
@@ -130,7 +131,9 @@ class Wheels:
                 return points
         raise LostCurveError(lost)
 
-    def _climbed(self, balance: WheelBalance, near: Point, blade: int, measure: Measure, tolerance: float) -> tuple[float, float, Array]:
+    def _climbed(
+        self, balance: WheelBalance, near: Point, blade: int, measure: Measure, tolerance: float
+    ) -> tuple[float, float, Array]:
         """The peak of a blade on more shapes, from that on few: its size, ω, and the friction work of the dampers there."""
         between, c = self.more.U.T @ self.few.U, balance.columns
         forces = (between @ near.forces.reshape(self.tuned.sectors, -1, c)).reshape(-1, c)
@@ -138,10 +141,8 @@ class Wheels:
         if not found.converged:
             raise LostCurveError("Newton's method failed at the peak of a blade.")
         evaluation = found.evaluation
-        try:
+        with suppress(NoPeakError):  # at an end of the band the amplitude is highest without a peak
             evaluation = PeakSolver(balance, blade, measure, tolerance).from_solved(evaluation).evaluation
-        except NoPeakError:
-            pass  # at an end of the band the amplitude is highest without a peak
         low, high = self.tuned.band
         if not low <= evaluation.point.omega <= high:
             evaluation = found.evaluation

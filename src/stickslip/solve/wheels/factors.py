@@ -1,9 +1,9 @@
 """Newton's systems of a wheel: GMRES with a preconditioner of one block a sector and the resonant modes.
 
-J = I + E R with E = −∂λ̂/∂z block diagonal by sector, R the receptance. M has of R what a sector does to itself and the modes of the
-wheel that resonate, of which R is Σ P_k g_k P_kᵀ: blocks I + E R_own, and a small system (Woodbury's formula). Neighbours beyond
-these modes hardly couple, so that GMRES takes five products to 1e-3. The path condition is met exactly in each of them. What only
-speeds up is kept in single precision.
+J = I + D R with D = ∂λ̂/∂z block diagonal by sector, R the receptance. M has of R what a sector does to itself and the modes of
+the wheel that resonate, Σ P_k g_k P_kᵀ: blocks I + D R_own, and a small system (Woodbury's formula). Neighbours beyond these modes
+hardly couple, so that GMRES takes five products to 1e-3. The path condition is met exactly in each of them. D and M are kept in
+single precision: neither is in the residual.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ class Preconditioner(NamedTuple):
     def of(cls, balance: WheelBalance, D: Single, omega: float) -> Preconditioner:
         """D: ∂λ̂/∂z of each sector, (N, r (2H+1), r (2H+1)); ω in rad/s."""
         N, size, r = len(D), D.shape[1], balance.shapes.size
-        inverse = np.linalg.inv(np.eye(size, dtype=np.float32) + D @ balance.shapes.block)
+        inverse: Single = np.linalg.inv(np.eye(size, dtype=np.float32) + D @ balance.shapes.block).astype(np.float32)
         by_column = D.reshape(N, size, r, -1)
         pushed = [by_column[..., part] @ shapes.reshape(N, r, -1) for part, shapes in balance.resonant]
-        spread = (inverse @ np.concatenate(pushed, axis=2)).reshape(N * size, -1)
+        spread: Single = (inverse @ np.concatenate(pushed, axis=2)).reshape(N * size, -1)
         stiffness = []
         for h, near in balance.near:
             own = balance.modes.omega[near]
@@ -65,7 +65,9 @@ class WheelFactors:
     orientation = 1.0
     """The way along a curve is that in which its planes are numbered: no determinant is known."""
 
-    def __init__(self, balance: WheelBalance, evaluation: Evaluation, condition: PathCondition, D: Single, M: Preconditioner) -> None:
+    def __init__(
+        self, balance: WheelBalance, evaluation: Evaluation, condition: PathCondition, D: Single, M: Preconditioner
+    ) -> None:
         self.balance, self.evaluation, self.condition, self.D, self.preconditioner = balance, evaluation, condition, D, M
         by_omega, self.products = balance.slope(evaluation.point), 0
         self.along = self._inverted(self._pushed(by_omega) + evaluation.state.by_omega)
@@ -91,7 +93,7 @@ class WheelFactors:
         """∂λ̂/∂z dz, (N r, 2H+1)."""
         size = float(np.abs(motion).max()) or 1.0
         z = (motion[: self.balance.rows] / size).astype(np.float32).reshape(*self.D.shape[:2], 1)
-        return size * (self.D @ z).reshape(self.balance.rows, -1).astype(float)
+        return np.asarray(size * (self.D @ z).reshape(self.balance.rows, -1), dtype=float)
 
     def _inverted(self, v: Array) -> Array:
         """M⁻¹ v, (N r, 2H+1)."""
@@ -99,7 +101,7 @@ class WheelFactors:
         size = float(np.abs(v).max()) or 1.0
         x = (inverse @ (v / size).astype(np.float32).reshape(*inverse.shape[:2], 1)).reshape(v.shape)
         modal = small @ np.concatenate([shapes.T @ x[:, part] for part, shapes in self.balance.resonant])
-        return size * (x - (spread @ modal).reshape(v.shape)).astype(float)
+        return np.asarray(size * (x - (spread @ modal).reshape(v.shape)), dtype=float)
 
     def estimate(self, v: Array, short: float) -> Change:
         """The solution with M in place of J, of the path condition exactly."""
@@ -140,4 +142,4 @@ class WheelFactors:
                 break
         count = self.products
         shares = [1.0, *linalg.solve_triangular(triangle[:count, :count], right[:count], check_finite=False)]
-        return Change(*(sum(a * each[n] for a, each in zip(shares, found, strict=True)) for n in range(3)))  # type: ignore[arg-type]
+        return Change(*(sum(a * each[n] for a, each in zip(shares, found, strict=True)) for n in range(3)))

@@ -44,11 +44,14 @@ def correct_wheel(
     if condition.weight is None:
         start = replace(start, omega=condition.target / condition.slope)
     evaluation = first = balance.evaluate(start)
-    history, factors, converged, singular = [(evaluation.error, 0.0)], None, False, False
+    factors: WheelFactors | None = None
+    history, converged, singular, along = [(evaluation.error, 0.0)], False, False, None
     try:
         for _ in range(iterations if np.isfinite(evaluation.error) else 0):
-            stale = factors is None or factors.products > STALE
-            factors = WheelFactors.of(balance, evaluation, condition) if stale else factors.at(evaluation)  # type: ignore[union-attr]
+            if factors is None or factors.products > STALE:
+                factors = WheelFactors.of(balance, evaluation, condition)
+            else:
+                factors = factors.at(evaluation)
             length, following, converged = _search(balance, factors, evaluation, halvings)
             history.append((evaluation.error if following is None else following.error, length))
             if following is None:
@@ -56,7 +59,6 @@ def correct_wheel(
             evaluation = following
             if converged:
                 break
-        along = None
         if converged and factors is not None and direction is not None:
             factors = factors.at(evaluation)
             along = balance.tangent(evaluation, "omega", factors)
@@ -80,7 +82,7 @@ def _search(
             size = float(np.linalg.norm(after))
             if length == 1.0 and size <= TOLERANCE * float(np.linalg.norm(trial.w[: balance.rows])):
                 return length, trial, True
-            if size < (1.0 - LEAST_GAIN * length) * before:
+            if size < (1.0 - LEAST_GAIN * length) * before or trial.error < (1.0 - LEAST_GAIN * length) * evaluation.error:
                 return length, trial, False
         length *= 0.5
     return 0.0, None, False

@@ -1,15 +1,15 @@
 """What all mistuned wheels of a tuned disk share: its stuck modes on few shapes of a sector's contacts, and what they leave out.
 
-z = Uᵀ √K_c w, the motion w of a sector's contacts scaled by their springs, on r shapes U (rows, r), and the outputs follow from the
-load and from μ = Uᵀ λ/√K_c. Nodal diameter n of the tuned disk has stuck modes φ_k, φᴴMφ = 1. The first p families of all nodal
-diameters are a Ritz basis of the whole wheel; the modes h above follow as they do in the tuned disk (a Schur complement),
+z = Uᵀ √K_c w, the motion w of a sector's contacts scaled by their springs, on r shapes U (rows, r), and the outputs follow from
+the load and from μ = Uᵀ λ/√K_c. Nodal diameter n of the tuned disk has stuck modes φ_k, φᴴMφ = 1. The first p families of all
+nodal diameters are a Ritz basis of the whole wheel; the modes h above follow as in the tuned disk (a Schur complement),
 
     K̃ = diag ω² + P_bᵀ ΔK P_b − (ΔK P_b)ᵀ G_bb (ΔK P_b),   P̃ = P − G_b (ΔK P_b),   ΔK = S K_bb S − K_bb,   S = diag(1 + blade),
 
-with P_b how the blades bend in the first families, P how contacts, outputs and loads move in them, and G_b, G_bb what a force that
-bends the blades moves through the modes above. So p need only hold what resonates: with four families instead of eight or sixteen
-the blades of a wheel of 24 sectors stay within 2e-4 of those on all modes. What the modes above add to the receptance is that of
-the tuned disk, wave by wave, and linear in ω² over a band far below them. The mean, on its springs, is the same with ω = 0.
+with P_b how the blades bend in the first families, P how contacts, outputs and loads move in them, and G_b, G_bb what a force
+that bends the blades moves through the modes above. So p need only hold what resonates. What the modes above add to the
+receptance is that of the tuned disk, wave by wave, and linear in ω² over a band far below them. The mean, on its springs, is the
+same with ω = 0.
 """
 
 from collections.abc import Sequence
@@ -22,6 +22,7 @@ from scipy import linalg
 from stickslip.model.disks.tuned import TunedDisk, blade_motion
 from stickslip.model.structure.cyclic import circulant, of_all_sectors
 from stickslip.model.structure.matrices import ModalDamping
+from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
 from stickslip.support.checks import Array
 
 Complex = NDArray[np.complex128]
@@ -51,9 +52,9 @@ class Residual(NamedTuple):
 
 
 class _Wave(NamedTuple):
-    """A nodal diameter: squares ω_k² (m,); in its modes (.., m): motion of the contacts, scaled by √K_c, and of the outputs, loads,
-    mean springs, and how the blade bends; K_bb of the blade; on the mean springs: receptance of this motion to the contacts
-    (rows + outputs, rows) and what the static load moves (rows + outputs,)."""
+    """A nodal diameter: squares ω_k² (m,); in its modes (.., m): motion of the contacts, scaled by √K_c, and of the outputs;
+    loads, mean springs, and how the blade bends; K_bb of the blade; on the mean springs: receptance of this motion to the
+    contacts (rows + outputs, rows) and what the static load moves (rows + outputs,)."""
 
     squares: Array
     motion: Complex
@@ -75,8 +76,8 @@ class _Wave(NamedTuple):
         springs = np.sqrt([spring.stiffness for spring in disk.mean_springs])[:, None] * directions
         bent, K_bb = blade_motion(disk, n, blade)
         moved = rows @ linalg.solve(K + springs.T @ springs, np.column_stack([scaled.conj().T, loads[0]]))
-        on_modes = (np.asarray(part @ modes, dtype=complex) for part in (rows, loads, springs, bent))
-        return cls(np.asarray(squares, dtype=float), *on_modes, K_bb, moved[:, :-1], moved[:, -1])
+        motion, load, spring, bend = (np.asarray(part @ modes, dtype=complex) for part in (rows, loads, springs, bent))
+        return cls(np.asarray(squares, dtype=float), motion, load, spring, bend, K_bb, moved[:, :-1], moved[:, -1])
 
 
 class TunedWheel:
@@ -97,7 +98,9 @@ class TunedWheel:
         self.basis = self._real(everything)
         self.squares = np.concatenate([np.tile(wave.squares[:p], self._of_a_pair(n)) for n, wave in enumerate(waves)])
         above = [wave.bent[:, p:].conj().T / (wave.squares[p:] - self.middle**2)[:, None] for wave in waves]
-        moved, bent = zip(*((rows[:, p:] @ G, w.bent[:, p:] @ G) for rows, w, G in zip(everything, waves, above, strict=True)), strict=True)
+        moved, bent = zip(
+            *((rows[:, p:] @ G, w.bent[:, p:] @ G) for rows, w, G in zip(everything, waves, above, strict=True)), strict=True
+        )
         self.by_bending, self.bending = of_all_sectors(np.array(moved), self.sectors), circulant(np.array(bent), self.sectors)
 
     def _of_a_pair(self, n: int) -> int:
@@ -114,7 +117,7 @@ class TunedWheel:
         return np.concatenate(columns, axis=2)
 
     def ritz(self, blade: Array, pull: Array, U: Array) -> Ritz:
-        """The modes of a wheel on shapes U; blade, pull: deviations of the blade frequencies and factors of static loads, (N,)."""
+        """Modes of a wheel on shapes U; blade, pull: deviations of blade frequencies and factors of static loads, (N,)."""
         S = 1.0 + np.repeat(blade, len(self.K_bb) // self.sectors)
         drive = ((S[:, None] * S - 1.0) * self.K_bb) @ self.bend
         K = np.diag(self.squares) + self.bend.T @ drive - drive.T @ self.bending @ drive
@@ -137,8 +140,6 @@ class TunedWheel:
 
     def wave(self, forces: Array, U: Array) -> Array:
         """μ of all sectors (N r, 2H+1) of a tuned disk with contact forces λ of its first sector (rows, 2H+1)."""
-        from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
-
         first = complex_harmonics(U.T @ (forces / np.sqrt(self.stiffness)[:, None]))
         turns = np.array([self.turns(h) for h in range(self.highest + 1)]).T
         return real_harmonics(turns[:, None] * first).reshape(-1, 2 * self.highest + 1)
@@ -188,10 +189,10 @@ class TunedWheel:
         The weights are those of a sector in the tuned disk: the static receptance, with the mean springs and without, and the
         resonances at their height, 1/(2ζω_k²).
         """
-        I, rows = np.eye(self.stiffness.size), self.stiffness.size
+        rows = self.stiffness.size
         motion, squares = self.waves.motion[:, :rows], self.waves.squares
         gains = 1.0 / squares + self.resonant(1) / (2.0 * self.ratio * squares)
-        weights = (motion * gains[:, None]) @ motion.conj().swapaxes(1, 2) + self.static(I)[:, :rows]
+        weights = (motion * gains[:, None]) @ motion.conj().swapaxes(1, 2) + self.waves.static[:, :rows]
         sizes, vectors = linalg.eigh(weights.real.mean(axis=0))
         return np.ascontiguousarray(vectors[:, ::-1][:, : int(np.count_nonzero(sizes > least * sizes[-1]))])
 
