@@ -204,13 +204,15 @@ class PopulationWork(MeasuredOutput, Execution):
     @property
     def large(self) -> bool:
         """Whether the whole disk is put on few coordinates."""
-        return self.disk.sectors * self.disk.structure.size > LARGE
+        return not self.by_sector and self.disk.sectors * self.disk.structure.size > LARGE
 
     @cached_property
     def coordinates(self) -> int:
         """On how many coordinates a mistuned disk is solved, at most."""
         disk = self.tuned
         size, sectors = disk.structure.size, disk.sectors
+        if self.by_sector:
+            return sectors * self._wheels_of(disk).few.size
         return sectors * (min(size, most_coordinates(disk, self._modes_to, self.blade_dofs)) if self.large else size)
 
     @cached_property

@@ -46,7 +46,7 @@ LEAST = 0.9
 @dataclass(frozen=True, eq=False)
 class WheelCurve:
     """omega (points,) rad/s and sizes (points, N) along the curve; peak, place (N,): the highest size of each blade inside the
-    band and its ω; work (N,): friction work of each damper per period at the highest, J; unproven: where a blade may be higher."""
+    band and its ω; work (N,): friction work of each damper per period at the highest, J; unproven: where one may be higher."""
 
     omega: Array
     sizes: Array

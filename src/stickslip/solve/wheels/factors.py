@@ -1,9 +1,9 @@
 """Newton's systems of a wheel: GMRES with a preconditioner of one block a sector and the resonant modes.
 
 J = I + D R with D = ∂λ̂/∂z block diagonal by sector, R the receptance. M has of R what a sector does to itself and the modes of
-the wheel that resonate, Σ P_k g_k P_kᵀ: blocks I + D R_own, and a small system (Woodbury's formula). Neighbours beyond these modes
-hardly couple, so that GMRES takes five products to 1e-3. The path condition is met exactly in each of them. D and M are kept in
-single precision: neither is in the residual.
+the wheel that resonate, Σ P_k g_k P_kᵀ: blocks I + D R_own, and a small system (Woodbury's formula). Neighbours beyond these
+modes hardly couple, so that GMRES takes five products to 1e-3, each of which meets the path condition exactly. D and M are kept
+in single precision: neither is in the residual.
 """
 
 from __future__ import annotations
