@@ -206,3 +206,22 @@ def test_finite_element_disks_are_run_in_unless_said_otherwise():
     lumped = ss.rigs.lumped_blisk("W", sectors=6)
     work = PopulationWork(lumped, ss.hertz(140.0, 156.0), 1, ss.Scatter(blade=0.01), harmonics=1, samples=24)
     assert work.started is work.tuned
+
+
+def test_peaks_of_blades_are_those_of_the_whole_disk(monkeypatch):
+    """Each blade's highest amplitude over the band, and the friction work of the dampers at the highest of all; with few shapes
+    for the path, the highest blade is finer."""
+    asked = {"force": 0.3, "harmonics": 1, "samples": 24, "run_in": True}
+    shares = 0.985, 1.01
+    work, whole = (
+        PopulationWork(DISK, ss.hertz(*(s * FIRST for s in shares)), 1, ss.Scatter(blade=0.01), **ASKED | asked) for _ in "ab"
+    )
+    monkeypatch.setitem(vars(whole), "by_sector", False)
+    found, expected = (each.solve(1, lambda share: None) for each in (work, whole))
+    assert str(found["message"]) == "Converged."
+    assert found["peak"].max() == pytest.approx(expected["peak"].max(), rel=5e-4)
+    np.testing.assert_allclose(found["peak"], expected["peak"], rtol=1e-2)
+    np.testing.assert_allclose(found["peak_frequency"], expected["peak_frequency"], rtol=1e-3)
+    assert found["damper_work"].sum() == pytest.approx(expected["damper_work"].sum(), rel=1e-2)
+    assert found["frequency"][[0, -1]] == pytest.approx([s * FIRST for s in shares])
+    assert found["amplitude"].shape == (found["frequency"].size, SECTORS)
