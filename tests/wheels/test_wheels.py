@@ -106,6 +106,10 @@ def test_derivatives_are_those_of_differences():
     point, step = evaluation.point, 1e-4
     ends = [balance.motion(Point(point.forces, point.omega + s, point.level)) for s in (-step, step)]
     np.testing.assert_allclose(balance.slope(point), (ends[1] - ends[0]) / (2.0 * step), atol=1e-7 * np.abs(ends[0]).max())
+    at, beside = balance.at(point.omega), [balance.at(point.omega + s) for s in (-step, step)]
+    for name, slope in (("by_forces", at.forces_slope), ("by_load", at.load_slope)):
+        change = (getattr(beside[1], name) - getattr(beside[0], name)) / (2.0 * step)
+        np.testing.assert_allclose(slope, change, atol=1e-6 * np.abs(change).max())
     assert (evaluation.unknown > 0).mean() > 0.3
     change = 1e-6 * some_forces(balance)
     ends = [balance.evaluate(Point(point.forces + s * change, point.omega, point.level)).residual for s in (-1.0, 1.0)]
@@ -122,14 +126,14 @@ def test_newton_systems_are_solved_with_the_path_condition():
     condition = PathCondition("omega", rng.standard_normal(evaluation.w.shape), 0.3, 0.0)
     factors, v = balance.factorise(evaluation, condition), some_forces(balance, 1e-3)
     slope = balance.slope(evaluation.point)
-    for found, allowed in ((factors.solve(v, 0.2, 1e-6), 1e-5), (factors.estimate(v, 0.2), 0.6)):
+    for found, allowed in ((factors.solve(v, 0.2, 1e-6), 1e-5), (factors.estimate(v, 0.2), 0.05)):
         moved = balance.change(found.forces, evaluation.point.omega) + found.omega * slope
         np.testing.assert_allclose(found.motion, moved, rtol=1e-9, atol=1e-12 * np.abs(moved).max())
         pushed = balance.derivative(evaluation).astype(float) @ moved[: balance.rows].reshape(SECTORS, -1, 1)
         missed = found.forces - pushed.reshape(v.shape) - v
         assert np.linalg.norm(missed) < allowed * np.linalg.norm(found.forces)
         assert condition.rate(found.motion, found.omega) == pytest.approx(0.2, rel=1e-9)
-    assert 0 < factors.products < 25
+    assert 0 < factors.products < 12
 
 
 def test_a_point_is_a_point_of_the_whole_disk():
@@ -225,3 +229,4 @@ def test_peaks_of_blades_are_those_of_the_whole_disk(monkeypatch):
     assert found["damper_work"].sum() == pytest.approx(expected["damper_work"].sum(), rel=1e-2)
     assert found["frequency"][[0, -1]] == pytest.approx([s * FIRST for s in shares])
     assert found["amplitude"].shape == (found["frequency"].size, SECTORS)
+    assert found["frequency"].size < 1.5 * expected["frequency"].size
