@@ -51,7 +51,7 @@ _TAKES_PART = re.compile(r"^@(kernel|inner|inlined|separate|numbered|overload)\b
 """In a file with kernels, or with named tuples, which are the types that kernels take."""
 
 _SEPARATE = re.compile(r"^@(?:separate|numbered)\(.*\)\ndef (\w+)", re.MULTILINE)
-_PLAIN = re.compile(r"(?<=\n\n)def (\w+)")
+_PLAIN = re.compile(r"(?<=\n\n)(?:@singledispatch\n)?def (\w+)")
 _OVERLOADED = re.compile(r"^@overload\((\w+)", re.MULTILINE)
 _IMPORT = re.compile(r"^ *from (stickslip[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
 _NAME = re.compile(r"(\w+)(?: as \w+)?")
