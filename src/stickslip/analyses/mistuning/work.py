@@ -212,7 +212,7 @@ class PopulationWork(MeasuredOutput, Execution):
         disk = self.tuned
         size, sectors = disk.structure.size, disk.sectors
         if self.by_sector:
-            return sectors * self._wheels_of(disk).few.size
+            return int(sectors * self._wheels_of(disk).few.size)
         return sectors * (min(size, most_coordinates(disk, self._modes_to, self.blade_dofs)) if self.large else size)
 
     @cached_property
