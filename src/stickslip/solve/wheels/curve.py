@@ -116,6 +116,7 @@ class Wheels:
     def _traced(self, balance: WheelBalance, report: Callable[[float], None]) -> list[CurvePoint]:
         """The points from one end of the band to the other, the first that arrives of the ways from both ends."""
         low, high = self.tuned.band
+        lost: list[str] = []
         for (omega, forces), end in zip(self._ends, (high, low), strict=True):
             start = Point(self.tuned.wave(forces, self.few.U), omega, self.level)
             first = correct_wheel(balance, start, fixed("omega", omega), iterations=40, halvings=8)
@@ -124,12 +125,12 @@ class Wheels:
                 for point in trace(balance, first, "omega", end, STEPS) if first.converged else ():
                     points.append(point)
                     report(0.5 * abs(point.point.omega - omega) / (high - low))
-                lost = "" if points else "Newton's method failed at an end of the band."
+                if points:
+                    return points
+                lost.append(f"Newton's method failed at {omega / (2.0 * np.pi):g} Hz, an end of the band.")
             except LostCurveError as reason:
-                lost = str(reason)
-            if not lost:
-                return points
-        raise LostCurveError(lost)
+                lost.append(f"From {omega / (2.0 * np.pi):g} Hz: {reason}")
+        raise LostCurveError(" ".join(lost))
 
     def _climbed(
         self, balance: WheelBalance, near: Point, blade: int, measure: Measure, tolerance: float
