@@ -130,10 +130,12 @@ class WheelFactors:
             column[: k + 1] = basis[: k + 1] @ following
             following -= column[: k + 1] @ basis[: k + 1]
             column[k + 1] = np.linalg.norm(following)
-            basis[k + 1] = following / column[k + 1]
+            basis[k + 1] = following / max(column[k + 1], np.finfo(float).tiny)  # nothing is left where it is solved exactly
             for i, (cosine, sine) in enumerate(turns[:k]):  # Givens' rotations
                 column[i], column[i + 1] = cosine * column[i] + sine * column[i + 1], cosine * column[i + 1] - sine * column[i]
             height = np.hypot(*column[k : k + 2])
+            if height == 0.0:
+                raise linalg.LinAlgError("Singular matrix")
             turns[k] = column[k : k + 2] / height
             column[k], column[k + 1] = height, 0.0
             right[k], right[k + 1] = turns[k] * (right[k], -right[k])
