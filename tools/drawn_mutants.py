@@ -48,6 +48,7 @@ ROOMS = {
     "solve/peaks": ["peaks", "robustness", "analyses"],
     "solve/platforms": ["analyses/damper_alone", "identification", "study/test_damper_cycle_study.py"],
     "solve/stability": ["stability", "laws", "analyses"],
+    "solve/wheels": ["wheels", "analyses/mistuning"],
     "solve/starts": ["analyses/variability", "identification"],
     "solve/time": ["time_domain", "analyses/damper_alone"],
     "results": ["results", "report", "analyses"],

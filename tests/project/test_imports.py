@@ -28,7 +28,7 @@ LAYERS = (
     ("solve/time",),
     ("solve/platforms", "solve/continuation", "solve/stability"),
     ("solve/peaks",),
-    ("solve/curves", "solve/starts"),
+    ("solve/curves", "solve/starts", "solve/wheels"),
     ("results", "runs"),
     ("analyses",),
     ("laboratory/measurement",),

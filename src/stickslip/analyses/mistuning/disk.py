@@ -9,6 +9,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
+from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import FullDisk, TunedDisk, blade_motion, loose_dofs, sectors_of
 from stickslip.model.loads import Output
 from stickslip.model.structure.cyclic import circulant, of_all_sectors, sector_name
@@ -133,11 +134,7 @@ def mistuned_disk(
             raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
     full = disk.full() if whole is None else whole
     parts = len(disk.contacts), len(disk.forces), len(disk.mean_springs)
-    contacts = []
-    for k, contact in enumerate(full.contacts):
-        names = ((field, name) for name, fields in LAW_FIELDS.items() for field in fields)
-        factors = {field: 1.0 + given.deviation(name)[k // parts[0]] for field, name in names}
-        contacts.append(with_factors(contact, {field: factor for field, factor in factors.items() if factor != 1.0}))
+    contacts = deviating_contacts(full.contacts, given)
     pull = 1.0 + given.deviation("pull")
     forces = [replace(f, static=f.static * pull[k // parts[1]]) for k, f in enumerate(full.forces)]
     blades = _with_blades(disk, full.structure, given.deviation("blade"), blade)
@@ -151,6 +148,16 @@ def mistuned_disk(
     return replace(
         full, structure=_without(structure, lost), contacts=tuple(kept), forces=tuple(loads), mean_springs=tuple(springs)
     )
+
+
+def deviating_contacts(contacts: Sequence[Contact], given: Mistuning) -> list[Contact]:
+    """The contacts of all sectors, one sector after the other, with the deviations of their laws."""
+    found, each = [], len(contacts) // given.deviation("mu").size
+    names = [(field, name) for name, fields in LAW_FIELDS.items() for field in fields]
+    for k, contact in enumerate(contacts):
+        factors = {field: 1.0 + given.deviation(name)[k // each] for field, name in names}
+        found.append(with_factors(contact, {field: factor for field, factor in factors.items() if factor != 1.0}))
+    return found
 
 
 def _with_blades(disk: TunedDisk, structure: Structure, deviation: Array, blade: Sequence[str] | None) -> Structure:

@@ -13,12 +13,13 @@ import numpy as np
 from numpy.linalg import LinAlgError
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
+from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, deviating_contacts, mistuned_disk
 from stickslip.analyses.settings import Execution, ForcedResponseSettings, MeasuredOutput, OfKind, Samples, Seed, Setting, Whole
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
-from stickslip.model.contact.point import Contact, SliderOffset
+from stickslip.model.contact.point import Contact, SliderOffset, contact_table
 from stickslip.model.disks.tuned import LARGE, REACH, FullDisk, TunedDisk, few_waves, most_coordinates
 from stickslip.model.problem import Problem
+from stickslip.model.structure.matrices import ModalDamping
 from stickslip.model.structure.stress import COMPONENTS
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -29,6 +30,7 @@ from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.continuation.sweep import swept_curve
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.peaks.search import PeakSearch
+from stickslip.solve.wheels.curve import LEAST, Wheels
 from stickslip.support.checks import Array, InputError, between, fault, of_kind
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
@@ -77,9 +79,6 @@ def _started(contacts: Sequence[Contact], sliders: Array) -> Iterator[Contact]:
 PEAK_TOLERANCE = 1e-4
 """Relative amplitude by which the maximum of a blade may be too low; a tenth of it doubles the work."""
 
-LEAST = 0.9
-"""Peaks of a blade whose curve stays below this share of its highest point are left out unsolved."""
-
 BEGUN, CURVE = 0.1, 0.5
 """Shares of the time of a sample until its matrices are ready and until its curve is solved; the maxima of the blades follow."""
 
@@ -113,7 +112,7 @@ class PopulationWork(MeasuredOutput, Execution):
     seed: Seed = 0
     blade: Sequence[str] | None = None
     peak_tolerance: float = PEAK_TOLERANCE
-    run_in: bool = False
+    run_in: bool | None = None
     sweep: ForcedResponseWork = field(init=False, repr=False)
     """Where and how finely the tuned disk and every mistuned one are solved, for one output of a sector."""
 
@@ -161,7 +160,41 @@ class PopulationWork(MeasuredOutput, Execution):
     @cached_property
     def started(self) -> TunedDisk:
         """The tuned disk with the start states of all samples."""
-        return run_in_by(self.sweep, self.tuned) if self.run_in else self.tuned
+        run_in = self.by_sector if self.run_in is None else self.run_in
+        return run_in_by(self.sweep, self.tuned) if run_in else self.tuned
+
+    @cached_property
+    def by_sector(self) -> bool:
+        """Whether each disk is solved sector by sector on few shapes of its contacts (`solve/wheels`): where all modes have one
+        damping ratio, blades, friction or pull deviate, and no stress is asked for."""
+        disk, sweep, rule = self.tuned, self.sweep, self.tuned.structure.damping
+        if (
+            not isinstance(rule, ModalDamping)
+            or np.ndim(rule.ratio)
+            or rule.on != "stuck"
+            or not np.all(np.greater(rule.ratio, 0.0))
+        ):
+            return False
+        deviating = (getattr(each, name) for each in (self.base, self.scatter) for name in ("kt", "kn", "missing"))
+        other = disk.speed is not None or disk.aerodynamics or disk.modes_to is not None or self.places or sweep.settings.listed
+        if other or any(map(np.any, deviating)) or any(f.power for f in disk.forces) or not isinstance(sweep.harmonics, int):
+            return False
+        try:
+            shapes = self._wheels_of(disk).few.size
+        except LinAlgError:  # degrees of freedom without mass
+            return False
+        return bool(shapes < len(disk.contact_stiffness))
+
+    @cached_property
+    def wheels(self) -> Wheels:
+        """What all disks that are solved sector by sector share."""
+        return self._wheels_of(self.started)
+
+    def _wheels_of(self, disk: TunedDisk) -> Wheels:
+        sweep, (first, *_, last) = self.sweep, [2.0 * np.pi * frequency for frequency in self.sweep.settings.frequencies]
+        assert isinstance(sweep.harmonics, int)
+        band = min(first, last), max(first, last)
+        return Wheels(disk, self.blade_dofs, sweep.harmonics, sweep.samples, band, sweep.levels[0])
 
     @property
     def _modes_to(self) -> float:
@@ -171,13 +204,15 @@ class PopulationWork(MeasuredOutput, Execution):
     @property
     def large(self) -> bool:
         """Whether the whole disk is put on few coordinates."""
-        return self.disk.sectors * self.disk.structure.size > LARGE
+        return not self.by_sector and self.disk.sectors * self.disk.structure.size > LARGE
 
     @cached_property
     def coordinates(self) -> int:
         """On how many coordinates a mistuned disk is solved, at most."""
         disk = self.tuned
         size, sectors = disk.structure.size, disk.sectors
+        if self.by_sector:
+            return int(sectors * self._wheels_of(disk).few.size)
         return sectors * (min(size, most_coordinates(disk, self._modes_to, self.blade_dofs)) if self.large else size)
 
     @cached_property
@@ -217,8 +252,10 @@ class PopulationWork(MeasuredOutput, Execution):
         """Amplitudes of the blades and their maxima; of a sample that fails its outcome and a sentence."""
         started = time.process_time()
         try:
-            problem = self.started if case == 0 else self.mistuned(case - 1)
-            arrays = self._solved(problem, report)
+            if case and self.by_sector:
+                arrays = self._wheel(self.deviations(case - 1), report)
+            else:
+                arrays = self._solved(self.started if case == 0 else self.mistuned(case - 1), report)
         except (LostCurveError, LinAlgError, InputError) as reason:
             blades = 1 if case == 0 else self.disk.sectors
             stress = np.full((blades, len(self.places), len(SIZES) + len(COMPONENTS)), np.nan)
@@ -226,6 +263,27 @@ class PopulationWork(MeasuredOutput, Execution):
             unknown = {name: np.full(blades, np.nan) for name in ("peak", "peak_frequency", "damper_work")}
             arrays = {**nothing, **unknown, "outcome": np.array(int(Outcome.NOT_CONVERGED)), "message": np.array(str(reason))}
         return {**arrays, "cpu_seconds": np.array(time.process_time() - started)}
+
+    def _wheel(self, given: Mistuning, report: Report) -> Arrays:
+        """Of a disk that is solved sector by sector."""
+        measure, blade, pull = self.sweep.measure, given.deviation("blade"), 1.0 + given.deviation("pull")
+        table = contact_table(deviating_contacts(self.started.contacts * self.disk.sectors, given))
+        found = self.wheels.curve(blade, pull, table, measure, self.peak_tolerance, report)
+        per, hertz, stress = (
+            measure.per(self.sweep.levels[0]),
+            0.5 / np.pi,
+            np.zeros((blade.size, 0, len(SIZES) + len(COMPONENTS))),
+        )
+        arrays = {"frequency": hertz * found.omega, "amplitude": found.sizes / per, "peak": found.peak / per}
+        message = Outcome.CONVERGED.sentence
+        if found.unproven:
+            worst = max(found.unproven, key=lambda each: each.bound)
+            message = (
+                f"A blade may be higher by {worst.share:.1%} at {hertz * worst.omega:.6g} Hz: Newton's method failed beside its "
+                f"peak, or divisions ran out."
+            )
+        status = {"outcome": np.array(int(Outcome.CONVERGED)), "message": np.array(message)}
+        return {**arrays, "peak_frequency": hertz * found.place, "stress": stress, "damper_work": found.work, **status}
 
     def _solved(self, problem: Problem, report: Report) -> Arrays:
         sweep = self.sweep

@@ -188,10 +188,9 @@ def add_product_sums(matrix: Array, sums: Array, samples: int) -> None:
 
 def complex_harmonics(real: Array) -> np.ndarray:
     """X_h = a_h − i b_h, (..., H+1) complex, from real storage (..., 2H+1); X_0 = a0."""
-    zero = np.zeros((*real.shape[:-1], 1))
-    a = np.concatenate([real[..., :1], real[..., 1::2]], axis=-1)
-    b = np.concatenate([zero, real[..., 2::2]], axis=-1)
-    return np.asarray(a - 1j * b)
+    found = np.zeros((*real.shape[:-1], (real.shape[-1] + 1) // 2), dtype=complex)
+    found.real[..., 0], found.real[..., 1:], found.imag[..., 1:] = real[..., 0], real[..., 1::2], -real[..., 2::2]
+    return found
 
 
 def real_harmonics(values: NDArray[np.complex128]) -> Array:

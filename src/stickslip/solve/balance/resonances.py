@@ -31,7 +31,7 @@ BESIDE = 1e-6
 """How far beside, and the ratio that stands for its own: friction makes its peak wider than that."""
 
 
-class _Limit(NamedTuple):
+class Limit(NamedTuple):
     """Modes of one linear structure: held (contact rows,): those that stick; omega (m,) rad/s; damping ratios (m,); shapes
     (contact rows, m) of unit modal mass; sizes (1 + outputs, m) of the motion of all contact rows and of each output; load
     (powers, m, 2H+1): modal forces of the harmonic loads."""
@@ -56,7 +56,7 @@ class Resonances:
         stiffness = problem.contact_stiffness
         every = np.ones(stiffness.size, dtype=bool)
         self.problem, self.harmonics = problem, harmonics
-        self.limits: list[_Limit] = []
+        self.limits: list[Limit] = []
         self._stuck: dict[bytes, Resonances | None] = {}
         known: dict[int, list[int]] = {}
         rows: list[tuple[Array, ...]] = []
@@ -74,7 +74,11 @@ class Resonances:
                 at, same = omega[chosen] / h, np.ones(chosen.size)
                 at = np.where(ratios[chosen] > UNDAMPED, at, (1.0 - BESIDE) * at)
                 rows.append((at, h * same, _looked_at(ratios[chosen]) * at, number * same, chosen.astype(float)))
-        joined = np.concatenate([np.array(part) for part in rows], axis=1)
+        self._arrange(*np.concatenate([np.array(part) for part in rows], axis=1))
+
+    def _arrange(self, omega: Array, harmonic: Array, width: Array, number: Array, mode: Array) -> None:
+        """Keep the resonances in ascending order: harmonic, half-width, and which mode of which structure each is, all (k,)."""
+        joined = np.array([omega, harmonic, width, number, mode])
         joined = joined[:, np.argsort(joined[0], kind="stable")]
         self.omega, self.width = joined[0], joined[2]
         # Lists, for a search at each step of a curve, which arrays would slow.
@@ -142,7 +146,7 @@ def _looked_at(ratios: Array) -> Array:
     return np.where(ratios > UNDAMPED, ratios, BESIDE)
 
 
-def _limit(problem: Problem, system: LinearSystem, turn: NDArray[Any], powers: Array, held: NDArray[np.bool_]) -> _Limit:
+def _limit(problem: Problem, system: LinearSystem, turn: NDArray[Any], powers: Array, held: NDArray[np.bool_]) -> Limit:
     stiffness, coriolis = problem.contact_stiffness, problem.structure.coriolis
     released = system.B.conj().T @ (np.where(held, 0.0, stiffness)[:, None] * system.B)
     if problem.systems.stiffens:
@@ -157,4 +161,4 @@ def _limit(problem: Problem, system: LinearSystem, turn: NDArray[Any], powers: A
     load = modes.shapes.conj().T @ np.tensordot(parts, turn.conj(), (1, 0))
     shapes = np.vstack([system.B, system.outputs]) @ modes.shapes
     sizes = contacts_and_outputs(np.abs(shapes) ** 2, held.size)
-    return _Limit(held, omega, ratios, shapes[: held.size], sizes, load)
+    return Limit(held, omega, ratios, shapes[: held.size], sizes, load)

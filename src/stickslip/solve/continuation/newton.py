@@ -28,6 +28,7 @@ The parts, in the order of an iteration (compiled in `balance.iteration`, for no
 """
 
 from dataclasses import dataclass
+from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,6 +91,7 @@ def fixed(parameter: Parameter, value: float) -> PathCondition:
     return PathCondition(parameter, None, scale, scale * value)
 
 
+@singledispatch
 def correct(
     balance: HarmonicBalance,
     start: Point,

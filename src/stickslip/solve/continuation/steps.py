@@ -8,6 +8,7 @@ on. One step is compiled: prediction, Newton's method from there, and how the so
 """
 
 from dataclasses import dataclass, replace
+from functools import singledispatch
 from typing import NamedTuple
 
 import numpy as np
@@ -179,6 +180,13 @@ def step(given: AnySystem, rows: int, place: Place, along: Tangent, distance: fl
     return boxed(Stepped(found, tangent, metric, contacts, outputs, error, turn, chord, False))
 
 
+@singledispatch
+def stepped(balance: HarmonicBalance, place: Place, along: Tangent, distance: float, solver: Solver) -> Stepped:
+    """`step` for a balance; one that stands in Python registers its own."""
+    compile_newton(balance.system)
+    return step(balance.placed_system, balance.rows, place, along, distance, solver)
+
+
 BEYOND = (1e-3, 1e-2, 1e-4)
 SHORT = (1e-4, 1e-3, 1e-5, 1e-2)
 """Steps along the tangent from beyond a kink, in the order in which they are tried; `SHORT` where each must be reversible."""
@@ -221,7 +229,6 @@ class Steps:
     """State of one continuation: what changes along the curve, kept in one place. scale: of the parameter in arc length."""
 
     def __init__(self, balance: HarmonicBalance, parameter: Parameter, scale: float, control: StepControl) -> None:
-        compile_newton(balance.system)
         self.balance, self.parameter, self.scale, self.control = balance, parameter, scale, control
         self.largest = [0.0, 0.0]
         self.orientation = 0.0
@@ -289,7 +296,7 @@ class Steps:
         place = Place(point.forces, state.w, state.unknown, point.omega, point.level, metric, behind, unknown, length)
         by_level = self.parameter == "level"
         solver = Solver(iterations, halvings, self.scale, by_level, self.orientation, *self.largest)
-        found = step(self.balance.placed_system, self.balance.rows, place, tangent, distance, solver)
+        found = stepped(self.balance, place, tangent, distance, solver)
         self.largest = [found.contacts, found.outputs]
         return found
 

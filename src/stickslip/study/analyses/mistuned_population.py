@@ -44,7 +44,8 @@ class MistuningTable(Table):
     blade_nodes: Annotated[list[str] | None, Field(min_length=1)] = None
     """nodes of a sector that are its blade; default: nodes of outputs, and modes"""
     peak_tolerance: Annotated[Positive, Field(lt=0.1, description="relative, of the maximum of a blade")] = PEAK_TOLERANCE
-    run_in: Annotated[bool, Field(description="start from where slip has brought the tuned disk's sliders")] = False
+    run_in: Annotated[bool | None, Field(description="start from where slip has brought the tuned disk's sliders")] = None
+    """by default finite-element disks do"""
 
     def pattern(self) -> Mistuning:
         """What all disks share."""

@@ -42,7 +42,7 @@ from numba.core.runtime.nrt import rtsys
 from stickslip.support.files import only_own_files, replacing
 
 FOLDERS = (
-    *("model/contact", "solve/balance", "solve/continuation", "solve/platforms", "solve/stability", "solve/time"),
+    *("model/contact", "solve/balance", "solve/continuation", "solve/platforms", "solve/stability", "solve/time", "solve/wheels"),
     "support/kernels",
 )
 """Those with kernels."""
@@ -51,7 +51,7 @@ _TAKES_PART = re.compile(r"^@(kernel|inner|inlined|separate|numbered|overload)\b
 """In a file with kernels, or with named tuples, which are the types that kernels take."""
 
 _SEPARATE = re.compile(r"^@(?:separate|numbered)\(.*\)\ndef (\w+)", re.MULTILINE)
-_PLAIN = re.compile(r"(?<=\n\n)def (\w+)")
+_PLAIN = re.compile(r"(?<=\n\n)(?:@singledispatch\n)?def (\w+)")
 _OVERLOADED = re.compile(r"^@overload\((\w+)", re.MULTILINE)
 _IMPORT = re.compile(r"^ *from (stickslip[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
 _NAME = re.compile(r"(\w+)(?: as \w+)?")

@@ -1,0 +1,200 @@
+"""The balance of one mistuned wheel on the forces of its contacts: λ − λ̂(w) on few shapes of each sector.
+
+The forces of a `Point` are μ (N r, 2H+1) and its motions z and the outputs (N r + N outputs, 2H+1), so that continuation and
+searches of peaks take a wheel as they take any other balance. The contact laws see the contacts themselves, √K_c w = U z, and
+λ̂ of each sector is brought back to its shapes.
+"""
+
+from dataclasses import replace
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.model.contact.point import ContactTable
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Parameter, PathCondition, Point
+from stickslip.solve.balance.contact_forces import compile_contact_forces
+from stickslip.solve.balance.fourier import Fourier, complex_harmonics, fourier, real_harmonics
+from stickslip.solve.balance.resonances import Limit, Resonances, contacts_and_outputs
+from stickslip.solve.balance.system import Direction, State
+from stickslip.solve.wheels.contact_answer import contact_answer
+from stickslip.solve.wheels.factors import WheelFactors
+from stickslip.solve.wheels.tuned import NEAR, Complex, Shapes, TunedWheel
+from stickslip.support.checks import Array, Index
+
+TANGENT = 1e-4
+"""Relative accuracy of directions along a curve: they are slopes of searches of peaks to as much."""
+
+
+class At(NamedTuple):
+    """Linear parts at one frequency: gains of the modes (k, H+1) and their derivatives by ω; what the modes above add by μ
+    (H+1, N, r + outputs, r) and by the load (H+1, N, r + outputs), and the derivatives of both."""
+
+    gains: Complex
+    slopes: Complex
+    by_forces: Complex
+    by_load: Complex
+    forces_slope: Complex
+    load_slope: Complex
+
+
+class WheelBalance(HarmonicBalance):
+    """One wheel on shapes; table: of the contacts of all sectors; blade, pull: deviations of blade frequencies and factors of
+    static loads, (N,)."""
+
+    def __init__(self, wheel: TunedWheel, shapes: Shapes, samples: int, table: ContactTable, blade: Array, pull: Array) -> None:
+        self.wheel, self.shapes, self.problem, self._table = wheel, shapes, wheel.disk, table
+        self.highest = self.harmonics = H = wheel.highest
+        self.columns, self.rows = 2 * H + 1, wheel.sectors * shapes.size
+        self.kept, self.dropped = np.arange(self.columns), np.arange(0)
+        self._fourier = fourier(H, samples)
+        compile_contact_forces(table)
+        self.modes = wheel.ritz(blade, pull, shapes.U)
+        self.pull = np.fft.ifft(pull)
+        self.scaled = shapes.U / np.sqrt(wheel.stiffness)[:, None]
+        self.near = [
+            (h, np.flatnonzero(np.abs(1.0 - (h * wheel.middle / self.modes.omega) ** 2) < NEAR)) for h in range(1, H + 1)
+        ]
+        contacts = self.modes.contacts.astype(np.float32)
+        self.resonant = [(part, np.ascontiguousarray(contacts[:, k])) for h, k in self.near for part in (2 * h - 1, 2 * h)]
+        own = np.arange(len(shapes.U))
+        self.pairs = [self._pairs(other[: own.size]) for other in (own, table.loading_row, table.partner_row)]
+        self._at: tuple[float, At] | None = None
+
+    def _pairs(self, other: Index) -> NDArray[np.float32]:
+        """What the derivative of a row by another one counts for between two shapes, (r², rows); other (rows,), −1 for none."""
+        rows = np.where((other >= 0)[:, None], self.scaled[other], 0.0)
+        both = self.scaled[:, :, None] * rows[:, None, :]
+        return np.ascontiguousarray(both.reshape(len(both), -1).T, dtype=np.float32)
+
+    @property
+    def table(self) -> ContactTable:
+        return self._table
+
+    @property
+    def tables(self) -> Fourier:
+        return self._fourier
+
+    @property
+    def linear(self) -> Self:  # type: ignore[override]
+        """What looks for resonances asks the linear part for them."""
+        return self
+
+    @cached_property
+    def resonances(self) -> "WheelResonances":
+        """Where the harmonics may meet a resonance of the stuck wheel."""
+        return WheelResonances(self)
+
+    def at(self, omega: float) -> At:
+        """The linear parts at a frequency; the last ones are kept."""
+        if self._at is None or self._at[0] != omega:
+            own, h, zeta = self.modes.omega[:, None], np.arange(self.highest + 1), self.wheel.ratio
+            gains = 1.0 / (own**2 - (h * omega) ** 2 + 2j * zeta * own * h * omega)
+            slopes = gains**2 * (2.0 * h**2 * omega - 2j * zeta * own * h)
+            low, high = (end**2 for end in self.wheel.band)
+            share, rate = (omega**2 - low) / (high - low), 2.0 * omega / (high - low)
+            parts = [((1.0 - share) * a + share * b, rate * (b - a)) for a, b in zip(*self.shapes.ends, strict=True)]
+            self._at = omega, At(gains, slopes, parts[0][0], parts[1][0], parts[0][1], parts[1][1])
+        return self._at[1]
+
+    def _moved(self, modal: Complex, waves: Complex) -> Array:
+        """Motion of modal amplitudes (k, H+1) and of waves of each nodal diameter (H+1, N, r + outputs)."""
+        r, found = self.shapes.size, self.modes.motion @ real_harmonics(modal)
+        rest = real_harmonics(np.fft.fft(waves, axis=1).transpose(1, 2, 0))
+        found[: self.rows] += rest[:, :r].reshape(self.rows, -1)
+        found[self.rows :] += rest[:, r:].reshape(len(found) - self.rows, -1)
+        return np.asarray(found)
+
+    def _driven(self, forces: Array) -> tuple[Complex, Complex]:
+        """Modal forces (k, H+1) and waves (H+1, N, r, 1) of −μ."""
+        modal = -complex_harmonics(self.modes.contacts.T @ forces)
+        by_sector = complex_harmonics(forces.reshape(self.wheel.sectors, -1, self.columns))
+        return modal, -np.fft.ifft(by_sector, axis=0).transpose(2, 0, 1)[..., None]
+
+    def _loaded(self, by_load: Complex, level: float) -> Complex:
+        """Waves (H+1, N, r + outputs) that the harmonic load drives through the modes above; each harmonic has one."""
+        waves = np.zeros(by_load.shape, dtype=complex)
+        for h in range(1, self.highest + 1):
+            n = h * self.wheel.disk.engine_order % self.wheel.sectors
+            waves[h, n] = level * by_load[h, n]
+        return waves
+
+    def _amplitudes(self, gains: Complex, modal: Complex) -> Complex:
+        found = gains * modal
+        found[:, 0] = self.modes.held @ modal[:, 0]
+        return np.asarray(found)
+
+    def motion(self, point: Point) -> Array:
+        """z and outputs at a point."""
+        at = self.at(point.omega)
+        modal, waves = self._driven(point.forces)
+        modal += point.level * self.modes.driven
+        modal[:, 0] += self.modes.static
+        rest = (at.by_forces @ waves)[..., 0] + self._loaded(at.by_load, point.level)
+        rest[0] += self.pull[:, None] * at.by_load[0]
+        return self._moved(self._amplitudes(at.gains, modal), rest)
+
+    def change(self, forces: Array, omega: float) -> Array:
+        """Change of the motion for a change of μ."""
+        at = self.at(omega)
+        modal, waves = self._driven(forces)
+        return self._moved(self._amplitudes(at.gains, modal), (at.by_forces @ waves)[..., 0])
+
+    def slope(self, point: Point) -> Array:
+        """Derivative of the motion by ω at fixed μ."""
+        at = self.at(point.omega)
+        modal, waves = self._driven(point.forces)
+        rest = (at.forces_slope @ waves)[..., 0] + self._loaded(at.load_slope, point.level)
+        return self._moved(at.slopes * (modal + point.level * self.modes.driven), rest)
+
+    def evaluate(self, point: Point) -> Evaluation:
+        """Motion, residual and the derivatives of the contacts themselves, which `WheelFactors` brings to the shapes."""
+        N, c, w = self.wheel.sectors, self.columns, self.motion(point)
+        contacts = (self.scaled @ w[: self.rows].reshape(N, -1, c)).reshape(-1, c)
+        target, unknown, own, coupling, cross, by_omega = contact_answer(self.table, self.tables, contacts, point.omega)
+        residual, by = (self._on_shapes(each) for each in (target, by_omega))
+        residual = point.forces - residual
+        carried = point.forces - residual + w[: self.rows]
+        error = float(np.linalg.norm(residual) / max(np.linalg.norm(carried), np.finfo(float).tiny))
+        state = State(point.forces, np.empty((0, 0, 0), dtype=complex), w, residual, unknown, own, coupling, cross, by, error)
+        return Evaluation(point, self.table, state)
+
+    def _on_shapes(self, rows: Array) -> Array:
+        return np.asarray((self.scaled.T @ rows.reshape(self.wheel.sectors, -1, self.columns)).reshape(self.rows, self.columns))
+
+    def derivative(self, evaluation: Evaluation) -> NDArray[np.float32]:
+        """∂λ̂/∂z of each sector on its shapes, (N, r (2H+1), r (2H+1))."""
+        state, N, r, c = evaluation.state, self.wheel.sectors, self.shapes.size, self.columns
+        blocks = zip(self.pairs, (state.own, state.coupling, state.cross), strict=True)
+        found = sum(pairs @ block.reshape(N, -1, c * c).astype(np.float32) for pairs, block in blocks if block.size)
+        return np.ascontiguousarray(found.reshape(N, r, r, c, c).transpose(0, 1, 3, 2, 4)).reshape(N, r * c, r * c)  # type: ignore[union-attr]
+
+    def factorise(self, evaluation: Evaluation, condition: PathCondition) -> WheelFactors:  # type: ignore[override]
+        """The preconditioner of Newton's system at an evaluation."""
+        return WheelFactors.of(self, replace(evaluation, state=self._derived(evaluation)), condition)
+
+    def tangent(self, evaluation: Evaluation, parameter: Parameter, factors: WheelFactors) -> Direction:  # type: ignore[override]
+        """Direction along the curve over ω, the path condition growing at rate one."""
+        return Direction(*factors.solve(np.zeros((self.rows, self.columns)), 1.0, TANGENT), 0.0)
+
+    def carried_forces(self, evaluation: Evaluation) -> Array:
+        """Contact forces F = λ̂ + K_c w on the shapes, (N r, 2H+1)."""
+        return np.asarray(evaluation.point.forces - evaluation.residual + evaluation.w[: self.rows])
+
+
+class WheelResonances(Resonances):
+    """Natural frequencies of the stuck wheel over h, from its Ritz modes."""
+
+    def __init__(self, balance: WheelBalance) -> None:
+        modes, held = balance.modes, np.ones(balance.rows, dtype=bool)
+        ratios = np.full(modes.omega.size, balance.wheel.ratio)
+        sizes = contacts_and_outputs(modes.motion**2, balance.rows)
+        load = real_harmonics(modes.driven)[None]
+        self.limits = [Limit(held, modes.omega, ratios, modes.contacts, sizes, load)]
+        harmonic, mode = (each.ravel() for each in np.mgrid[1 : balance.highest + 1, 0 : modes.omega.size])
+        self._arrange(modes.omega[mode] / harmonic, harmonic, balance.wheel.ratio * modes.omega[mode] / harmonic, 0 * mode, mode)
+
+    def where_stuck(self, unknown: Index) -> None:
+        """Not known: the wheel is too large to be decomposed for each of its contact states."""
+        return
