@@ -10,6 +10,7 @@ from stickslip.analyses.mistuning.disk import blade_dofs, deviating_contacts
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.model.contact.point import contact_table
 from stickslip.solve.balance.balance import HarmonicBalance, PathCondition, Point
+from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.wheels.balance import WheelBalance, WheelResonances
 from stickslip.solve.wheels.tuned import Shapes, TunedWheel
@@ -230,3 +231,11 @@ def test_peaks_of_blades_are_those_of_the_whole_disk(monkeypatch):
     assert found["frequency"][[0, -1]] == pytest.approx([s * FIRST for s in shares])
     assert found["amplitude"].shape == (found["frequency"].size, SECTORS)
     assert found["frequency"].size < 1.5 * expected["frequency"].size
+
+    def lost(*_):
+        raise LostCurveError("It ended.")
+
+    monkeypatch.setattr(work.wheels, "curve", lost)
+    again = work.solve(1, lambda share: None)
+    np.testing.assert_array_equal(again["peak"], expected["peak"])
+    assert str(again["message"]) == "Solved as a whole, since its curve was lost sector by sector: It ended."

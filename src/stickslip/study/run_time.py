@@ -191,7 +191,7 @@ def _population(job: Job) -> PopulationWork | None:
 def stays_long(job: Job) -> bool:
     """Whether a study stays in one call of a library for long, during which its process hears no Ctrl-C."""
     population = _population(job)
-    return population is not None and population.large
+    return population is not None and population.large and not population.by_sector
 
 
 def _has_curves(job: Job) -> bool:

@@ -204,7 +204,7 @@ class PopulationWork(MeasuredOutput, Execution):
     @property
     def large(self) -> bool:
         """Whether the whole disk is put on few coordinates."""
-        return not self.by_sector and self.disk.sectors * self.disk.structure.size > LARGE
+        return self.disk.sectors * self.disk.structure.size > LARGE
 
     @cached_property
     def coordinates(self) -> int:
@@ -252,10 +252,7 @@ class PopulationWork(MeasuredOutput, Execution):
         """Amplitudes of the blades and their maxima; of a sample that fails its outcome and a sentence."""
         started = time.process_time()
         try:
-            if case and self.by_sector:
-                arrays = self._wheel(self.deviations(case - 1), report)
-            else:
-                arrays = self._solved(self.started if case == 0 else self.mistuned(case - 1), report)
+            arrays = self._found(case, report)
         except (LostCurveError, LinAlgError, InputError) as reason:
             blades = 1 if case == 0 else self.disk.sectors
             stress = np.full((blades, len(self.places), len(SIZES) + len(COMPONENTS)), np.nan)
@@ -263,6 +260,16 @@ class PopulationWork(MeasuredOutput, Execution):
             unknown = {name: np.full(blades, np.nan) for name in ("peak", "peak_frequency", "damper_work")}
             arrays = {**nothing, **unknown, "outcome": np.array(int(Outcome.NOT_CONVERGED)), "message": np.array(str(reason))}
         return {**arrays, "cpu_seconds": np.array(time.process_time() - started)}
+
+    def _found(self, case: int, report: Report) -> Arrays:
+        """Of one disk; a wheel whose curve is lost sector by sector is solved as a whole."""
+        if not (case and self.by_sector):
+            return self._solved(self.started if case == 0 else self.mistuned(case - 1), report)
+        try:
+            return self._wheel(self.deviations(case - 1), report)
+        except LostCurveError as lost:
+            words = f"Solved as a whole, since its curve was lost sector by sector: {lost}"
+            return {**self._solved(self.mistuned(case - 1), report), "message": np.array(words)}
 
     def _wheel(self, given: Mistuning, report: Report) -> Arrays:
         """Of a disk that is solved sector by sector."""
