@@ -46,25 +46,43 @@ def test_a_wedge_is_found_again(seed):
         assert seat.centre(Wedge(**given)) == pytest.approx(centre, abs=10.0 * within * WEDGE.width)
 
 
-def test_what_is_given_is_kept_and_between_equal_slopes_out_is_in_the_middle():
+def test_a_smaller_wedge_lies_nearer_to_the_ridge_and_a_narrower_one_is_as_low():
     turn, centre = turned(7)
-    wedge = Wedge(width=20e-3, height=5e-3, depth=30e-3, left_angle=40.0, right_angle=40.0)
-    seat = Seat.between(*faces(wedge, turn, centre))
-    assert seat.axes == pytest.approx(turn, abs=1e-9)
-    given = seat.dimensions(Wedge, {"width": 10e-3})
-    assert "width" not in given
-    small = Wedge(**{**given, "width": 12e-3, "height": 4e-3, "depth": 10e-3})
-    moved = turn @ (seat.centre(small) - centre)
-    assert moved[[0, 2]] == pytest.approx(0.0, abs=1e-12)
-    assert moved[1] > 1e-3  # a smaller wedge lies nearer to the ridge
+    wedge = Wedge(width=20e-3, height=5e-3, depth=30e-3, left_angle=40.0, right_angle=30.0)
+    seat = Seat.between(*faces(wedge, turn, centre), turn[1])
+    assert "width" not in seat.dimensions(Wedge, {"width": 10e-3})
+    small = Wedge(width=12e-3, height=2e-3, depth=10e-3, left_angle=40.0, right_angle=30.0)
+    edges = turn @ (seat.centre(small) - centre) + np.pad(small.corners() - small.section().centroid, ((0, 0), (0, 1)))
+    whole = wedge.corners() - wedge.section().centroid
+    slants = np.tan(np.radians((40.0, 30.0)))
+    assert (edges[0, 1] - whole[0, 1]) / (edges[0, 0] - whole[0, 0]) == pytest.approx(slants[0])
+    assert (edges[1, 1] - whole[1, 1]) / (whole[1, 0] - edges[1, 0]) == pytest.approx(slants[1])
+    assert edges[0, 1] > whole[0, 1] + 1e-3
+    # With its width alone it ends where the platforms end: 20 mm less 16 mm over both cotangents is lost of 5 mm.
+    assert seat.narrower(16e-3) == pytest.approx(5e-3 - 4e-3 / np.sum(1.0 / slants))
+    low = Wedge(**seat.dimensions(Wedge, {"width"}) | {"width": 16e-3, "height": seat.narrower(16e-3)})
+    top = turn @ (seat.centre(low) - centre) + np.pad(low.corners() - low.section().centroid, ((0, 0), (0, 1)))
+    assert top[2, 1] == pytest.approx(whole[2, 1])
 
 
-@pytest.mark.parametrize("kind", SHAPES)
+def test_shallow_and_steep_platforms_have_their_slopes():
+    """Of 5 and 40 degrees, lower edges level: the line between the middles lies above the shallow one."""
+    turn, centre = turned(4)
+    wedge = Wedge(width=60e-3, height=3e-3, depth=30e-3, left_angle=5.0, right_angle=40.0)
+    left, right = faces(wedge, turn, centre)
+    assert Seat.between(left, right, turn[1]).slopes == pytest.approx((5.0, 40.0))
+    assert Seat.between(right, left, turn[1]).slopes == pytest.approx((40.0, 5.0))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in SHAPES if kind != "crossed_curved_flat"])
 def test_every_shape_touches_both_platforms(kind):
+    """But the one whose lines lie beyond platforms of this size."""
     turn, centre = turned(3)
-    platforms = faces(WEDGE, turn, centre)
+    wide = Wedge(width=60e-3, height=25e-3, depth=31e-3, left_angle=35.0, right_angle=50.0)
+    platforms = faces(wide, turn, centre)
     seat = Seat.between(*platforms, turn[1])
     given = seat.dimensions(SHAPES[kind], {})
+    assert kind == "wedge" or "height" not in given
     shape = SHAPES[kind](**given)
     place = seat.centre(shape)
     for touch, angle, points in zip((shape.left(), shape.right()), (35.0, 50.0), platforms, strict=True):
@@ -78,8 +96,25 @@ def test_platforms_that_hold_no_damper_are_refused():
     turn, centre = turned(2)
     left, right = faces(WEDGE, turn, centre)
     with pytest.raises(InputError, match="inclined platforms"):
-        Seat.between(left, left + 0.03 * turn[0])
+        Seat.between(left, left + 0.03 * turn[0], turn[1])
     with pytest.raises(InputError, match="lie opposite each other"):
-        Seat.between(left, right + 0.05 * turn[2])
+        Seat.between(left, right + 0.05 * turn[2], turn[1])
     with pytest.raises(InputError, match=r"must lie in \[0, 90\) degrees"):
         Seat.between(left, right, -turn[1])
+    with pytest.raises(InputError, match="must point to the ridge"):
+        Seat.between(left, right, turn[2] + 0.01 * turn[1])
+    with pytest.raises(InputError, match="at least three nodes"):
+        Seat.between(left[:2], right, turn[1])
+    with pytest.raises(InputError, match="a line of nodes"):
+        Seat.between(left[:9], right, turn[1])
+    bulge = 1e-3 * np.cos(np.linspace(-1.5, 1.5, len(left)))[:, None] * turn[1]
+    with pytest.raises(InputError, match="must be flat"):
+        Seat.between(left + bulge, right, turn[1])
+
+
+def test_a_damper_that_falls_through_or_juts_out_is_refused():
+    turn, centre = turned(2)
+    seat = Seat.between(*faces(WEDGE, turn, centre), turn[1])
+    for radius in (0.5e-3, 40e-3):
+        with pytest.raises(InputError, match="mm beyond its ends"):
+            seat.centre(SHAPES["cylinder"](radius=radius, left_angle=35.0, right_angle=50.0))

@@ -342,8 +342,17 @@ def test_a_wedge_is_fitted_between_two_platforms(folder):
     # Nodes 166 and 186 of the left platform lie at (8, 52.80) and (17, 59.10) mm.
     assert any("corners of its section (8, 52.8, 0), (32, 52.8, 0), (23, 59.1, 0), (17, 59.1, 0)" in note for note in found.notes)
     assert not any("Contacts do not follow the shape" in note for note in found.notes)
-    small = study(folder, fitted(FITTED + "dimensions = { width = 10.0, height = 2.0 }\n"))
-    assert any("width 10 mm, height 2 mm, depth 30 mm" in note for note in small.notes)
+    for given, said in (
+        ("{ width = 10.0, height = 2.0 }", "width 10 mm, height 2 mm, depth 30 mm"),
+        ("{ width = 20.0 }", "width 20 mm, height 4.901 mm, depth 30 mm"),  # 4 mm less are 2 mm tan 35° in height
+    ):
+        notes = study(folder, fitted(FITTED + f"dimensions = {given}\n")).notes
+        assert any(said in note for note in notes)
+    turning = FITTED.replace("pull = [0.0, 60.0, 0.0]", '[rotation]\nspeed = 3000.0\naxis = { direction = [0.0, 0.0, 1.0] }')
+    (note,) = [note for note in study(folder, fitted(turning)).notes if "fitted between" in note]
+    # Radial in the middle between both platforms, at x = 20 mm of a radius of about 59 mm: 19.6° beside y.
+    assert "left_angle 15.3" in note
+    assert "right_angle 54.6" in note
 
 
 @pytest.mark.parametrize(
@@ -356,7 +365,9 @@ def test_a_wedge_is_fitted_between_two_platforms(folder):
             "dimensions must be those of the shape 'wedge', but is 'left_angle'",
         ),
         ('"left/PLATR"', '"lft/PLATR"', r"set of nodes 'lft/PLATR' does not exist. Did you mean 'left'"),
-        ('"left/PLATR"', '"left/PLAT"', r"'PLAT' does not exist"),
+        ('"left/PLATR"', '"left/PLAT"', r"'left/PLAT' must be a surface of a contact or a force, or be kept"),
+        ("pull = [0.0, 60.0, 0.0]\n", "", r"between needs a pull, or \[rotation\]"),
+        ("[0.0, 60.0, 0.0]", "[0.0, 0.0, 60.0]", "The pull must point to the ridge of the platforms"),
         ('"left/PLATR"', '"next/left/PLATR"', "must belong to a sector"),
         ("[0.0, 60.0, 0.0]", "[0.0, -60.0, 0.0]", r"must lie in \[0, 90\) degrees"),
         ('shape = "wedge"', "mass = 1.0\ninertia = [1.0, 1.0, 1.0]", "between and mass must not be given together"),

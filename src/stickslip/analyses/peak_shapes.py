@@ -61,7 +61,7 @@ def with_shapes_of_peaks(
     as in `with_forces`."""
     problem = rough.problem
     few = balance_of(problem)
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if highest else 0):
         forces = np.hstack([scaled(each.point.forces) for each in highest])
         more = with_forces(problem, forces, share)
         if more.structure.size == problem.structure.size:

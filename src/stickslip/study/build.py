@@ -189,8 +189,11 @@ def _dimension(key: str, value: Any, units: Units) -> Any:
 
 def fitted(table: BodyTable, seat: Seat, units: Units) -> tuple[Shape, BodyTable]:
     """The shape of a body that fits between two platforms, and its table with the place and the axes of the seat."""
-    kind = str(table.shape)
-    shape = shape_of(kind, table.dimensions, units, **seat.dimensions(SHAPES[kind], table.dimensions))
+    kind, given = str(table.shape), table.dimensions
+    known = seat.dimensions(SHAPES[kind], given)
+    if "width" in given and "height" in known:  # a wedge that is narrower than where the platforms begin
+        known["height"] = seat.narrower(_dimension("width", given["width"], units))
+    shape = shape_of(kind, given, units, **known)
     centre = (seat.centre(shape) / units.factor(LENGTH)).tolist()
     return shape, table.model_copy(update={"centre": centre, "axes": seat.axes[:2].tolist()})
 

@@ -481,7 +481,7 @@ def from_model(
     rotation = found.attempt("[rotation]", build.rotation, tables.rotation, tables.over_speed, units) if tables.rotation else None
     whole_of = Whole(damping, order, rotation)
     structures = structures_of(tables.structures, several, surfaces, whole_of, folder, units, found, messages, meshed)
-    bodies, pulls = bodies_of(tables.bodies, structures, units, found, tables.rotation is not None, messages[1])
+    bodies, pulls = bodies_of(tables.bodies, structures, units, found, rotation, messages[1])
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
     parts = found.attempt("[structure]", together, structures, bodies, damping, rotation) if whole else None
     if parts and rotation:

@@ -44,11 +44,11 @@ def model_summary(sweep: ForcedResponseSettings, condition: str = "", system: Un
     """
     free, stuck = (sweep.problem.frequencies(stuck=stuck) for stuck in (False, True))
     when = f" {condition}" if condition else ""
-    mesh = sweep.problem.mesh
-    alone = _listed(free)
-    if mesh is not None:  # above, coordinates that are made for stuck contacts give upper bounds alone
-        alone = f"{_listed(free[free <= mesh.stuck.free_to]) or 'none'} up to {mesh.stuck.free_to:.5g} Hz"
-    listed = f"without contacts: {alone}; all contacts stuck: {_listed(stuck)}"
+    words, mesh = [_listed(free), _listed(stuck)], sweep.problem.mesh
+    if mesh is not None:
+        limits = mesh.stuck.free_to, mesh.stuck.modes_to
+        words = [f"{listed or 'none'} up to {limit:.5g} Hz" for listed, limit in zip(words, limits, strict=True)]
+    listed = f"without contacts: {words[0]}; all contacts stuck: {words[1]}"
     lines = [f"Natural frequencies in Hz{when}, {listed}."]
     lines += _waves(sweep.problem)
     if held_by_friction_alone(sweep.problem):

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from stickslip.model.contact.point import GROUND
 from stickslip.model.dampers.damper import Shape
-from stickslip.model.dampers.seat import Seat
+from stickslip.model.dampers.seat import BY_HAND, Seat
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.interfaces.node_surface import nodes_of
 from stickslip.model.loads import Force
@@ -410,9 +410,14 @@ def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str
 
 
 def bodies_of(
-    tables: Sequence[BodyTable | None], built: Mapping[str, Built], units: Units, found: Found, turning: bool, notes: list[str]
+    tables: Sequence[BodyTable | None],
+    built: Mapping[str, Built],
+    units: Units,
+    found: Found,
+    rotation: Rotation | None,
+    notes: list[str],
 ) -> tuple[dict[str, RigidBody], tuple[Force, ...]]:
-    """The rigid bodies by name, and the static forces that pull them; turning: their own mass does."""
+    """The rigid bodies by name, and the static forces that pull them; with `rotation` their own mass does."""
     bodies: dict[str, RigidBody] = {}
     pulls: tuple[Force, ...] = ()
     taken = (*built, GROUND)
@@ -420,14 +425,14 @@ def bodies_of(
         place, seat = f"[[body]] {number}", None
         if table is None:
             continue
-        if table.between is not None and (seat := found.attempt(place, _seat, table, built)) is None:
+        if table.between is not None and (seat := found.attempt(place, _seat, table, built, rotation)) is None:
             continue
         if (made := found.attempt(place, build.body, table, units, seat)) is None:
             continue
         if table.name in (*bodies, *taken):
             found.messages.append(f"[[body]] {number}: {fault('name', 'must be another one for each', table.name)}")
             continue
-        if turning and made[1]:
+        if rotation and made[1]:
             remedy = "The mass of the body pulls it; leave `pull` out."
             found.messages.append(f"[[body]] {number}: {fault('pull', 'must not stand beside [rotation]', table.pull, remedy)}")
         bodies[table.name], pulls = made[0], (*pulls, *made[1])
@@ -437,8 +442,9 @@ def bodies_of(
     return bodies, pulls
 
 
-def _seat(table: BodyTable, built: Mapping[str, Built]) -> Seat:
-    """Where a body lies between two sets of nodes; `next/` those of the following sector."""
+def _seat(table: BodyTable, built: Mapping[str, Built], rotation: Rotation | None) -> Seat:
+    """Where a body lies between two sets of nodes, `next/` those of the following sector; it is pulled as stated, or away from
+    the axis of rotation."""
     places = []
     for name in table.between or ():
         whole = name.removeprefix(NEXT)
@@ -446,14 +452,26 @@ def _seat(table: BodyTable, built: Mapping[str, Built]) -> Seat:
         if owner not in built:
             raise InputError(f"between: set of nodes {name!r} does not exist. {nearest(owner, list(built))}")
         structure = built[owner].structure
+        if own not in structure.sets:
+            known = ", ".join(structure.sets) or "none"
+            rule = f"must be a surface of a contact or a force, or be kept, keep = [{own!r}], as are: {known}"
+            raise fault(f"between: set of nodes {name!r}", rule, "neither")
         points = np.array([structure.nodes[node] for node in nodes_of(structure, own)])
         if name != whole:
             if not isinstance(structure, CyclicStructure):
                 raise fault(f"The surface {name!r}", "must belong to a sector", "a structure without [structure.sector]")
-            points = np.array([structure.axis.turned(point, structure.sectors, 1) for point in points])
+            points = structure.axis.turned(points, structure.sectors, 1)
         places.append(points)
     left, right = places
-    return Seat.between(left, right, table.pull if any(table.pull) else None)
+    if any(table.pull):
+        return Seat.between(left, right, table.pull)
+    if rotation is None:
+        raise fault(
+            "between", "needs a pull, or [rotation]: it says which way the ridge of the platforms lies", "without", BY_HAND
+        )
+    _, axis, _ = rotation
+    middle = 0.5 * (left.mean(axis=0) + right.mean(axis=0))
+    return Seat.between(left, right, axis.across @ (middle - axis.point))
 
 
 def seat_note(name: str, shape: Shape, table: BodyTable, system: UnitSystem) -> str:
@@ -462,7 +480,7 @@ def seat_note(name: str, shape: Shape, table: BodyTable, system: UnitSystem) -> 
     said = [
         f"{key} {value:.4g} degrees" if key.endswith("_angle") else f"{key} {metre * value:.4g} {unit}"
         for key, value in vars(shape).items()
-        if isinstance(value, float) and key != "density"
+        if isinstance(value, float) and key not in build.OTHER_DIMENSIONS
     ]
     axes = ", ".join(f"[{', '.join(f'{part + 0.0:.5g}' for part in np.round(axis, 6))}]" for axis in table.axes or ())
     return f"{name}: fitted between {' and '.join(table.between or ())}: {', '.join(said)}; axes = [{axes}]"

@@ -266,7 +266,7 @@ class BodyTable(Table):
     """mass centre, in the coordinates of the model"""
     between: Annotated[list[str] | None, Field(min_length=2, max_length=2)] = None
     """sets of nodes of the left and right platform, both flat: centre, axes and angles of the shape, its depth, and width and
-    height of a wedge follow; the pull points to the ridge of the platforms"""
+    height of a wedge follow; the pull, or the radius in [rotation], points to the ridge of the platforms"""
     axes: Annotated[list[Vector] | None, Field(min_length=2, max_length=2)] = None
     """x and y of the body, at right angles, in the coordinates of the model; default: those of the model"""
     pull: Annotated[Vector, FORCE] = Field(default_factory=lambda: [0.0, 0.0, 0.0])

@@ -163,12 +163,15 @@ class HarmonicSystems:
         """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""
         if self.stiffens:
             return self.synchronous(stuck)
-        coriolis = self.problem.structure.coriolis
+        coriolis, mesh = self.problem.structure.coriolis, self.problem.mesh
         if coriolis is not None:
             structure = self.problem.structure
             modes = self.stuck_modes if stuck else natural_modes(structure.M, structure.K)
             return gyroscopic_modes(modes, coriolis).frequencies
-        return self.stuck_modes.frequencies if stuck else self._free
+        found = self.stuck_modes.frequencies if stuck else self._free
+        if mesh is None:
+            return found
+        return found[found <= (mesh.stuck.modes_to if stuck else mesh.stuck.free_to)]  # coordinates above are no modes
 
     @cached_property
     def stuck_modes(self) -> Modes:

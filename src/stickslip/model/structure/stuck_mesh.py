@@ -40,6 +40,10 @@ NEGLIGIBLE = 1e-6
 """Share of an energy below which a shape is left out: that of the modes above in the work of a load, that of a shape of contact
 forces off all others in the work of these forces. Outputs change by the square root of the product of two such shares."""
 
+BEYOND = 1.0123
+"""Of the frequency up to which modes without contacts are sought: a band may end at a computed mode or a simple multiple of it,
+at which K − σM has no factor."""
+
 
 class Coordinates(NamedTuple):
     """shapes (n, m), with shapesᵀK'shapes = 1; squares (m,): 1/ω² of each; modes: how many of them, the first, are modes."""
@@ -115,7 +119,7 @@ class StuckMesh:
         The factor at that frequency has as many negative pivots as there are modes, and (σM − K)⁻¹ finds them, as many equal ones
         as there may be. It is made before that of K', for memory.
         """
-        M, shift = self.structure.M, (2.0 * np.pi * self.free_to) ** 2
+        M, shift = self.structure.M, (2.0 * np.pi * BEYOND * self.free_to) ** 2
         try:
             pencil = Pencil(self.structure.K, M, self.report).at(shift)
         except Singular:
