@@ -72,6 +72,15 @@ def test_shapes_of_the_peaks_take_away_what_those_of_stuck_modes_leave(whole, mo
     assert left[1] < 0.1 * left[0]
 
 
+def test_natural_frequencies_are_those_of_modes_alone(whole):
+    """Up to those that are kept, stuck, and up to the highest that is balanced, without contacts."""
+    problem = meshed_problem(*parts(), modes_to=MODES_TO)
+    for stuck, limit in ((True, MODES_TO), (False, MODES_TO / 3.0)):
+        found, right = problem.frequencies(stuck), whole.problem.frequencies(stuck)
+        assert found == pytest.approx(right[right <= limit], rel=1e-6)
+        assert found.size > 0
+
+
 @pytest.mark.parametrize("band", [BAND, ss.hertz(700.0, 900.0)])
 def test_first_curves_with_the_harmonics_of_the_loads_lead_to_the_shapes_of_all(monkeypatch, band):
     """Around the resonance, and where there is no peak."""

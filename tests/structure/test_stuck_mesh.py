@@ -110,6 +110,14 @@ def test_modes_without_contacts_are_those_of_all_rows(clamped, factor):
         assert lowest(replace(mesh, free_to=1.0)).min() > 1.1 * squares[rigid]
 
 
+def test_a_mode_at_the_end_of_what_is_sought_is_found():
+    """A band that ends at a computed mode: K − σM has no factor there."""
+    mesh = stuck_mesh()
+    squares = linalg.eigvalsh(mesh.structure.K.toarray(), mesh.structure.M.toarray())
+    mesh = replace(mesh, free_to=float(np.sqrt(squares[2])) / (2.0 * np.pi))
+    assert mesh.free_modes.shape[1] == 3
+
+
 def test_equal_bodies_have_each_of_their_modes_without_contacts():
     """More of them than one block of the iteration holds."""
     structure, pad, _ = beam(True)

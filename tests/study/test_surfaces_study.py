@@ -348,11 +348,11 @@ def test_a_wedge_is_fitted_between_two_platforms(folder):
     ):
         notes = study(folder, fitted(FITTED + f"dimensions = {given}\n")).notes
         assert any(said in note for note in notes)
-    turning = FITTED.replace("pull = [0.0, 60.0, 0.0]", '[rotation]\nspeed = 3000.0\naxis = { direction = [0.0, 0.0, 1.0] }')
+    turning = FITTED.replace("pull = [0.0, 60.0, 0.0]", "[rotation]\nspeed = 3000.0\naxis = { direction = [0.0, 0.0, 1.0] }")
     (note,) = [note for note in study(folder, fitted(turning)).notes if "fitted between" in note]
     # Radial in the middle between both platforms, at (20, 55.95) mm: it leans by 19.7° to the right.
-    assert "left_angle 54.7" in note
-    assert "right_angle 15.3" in note
+    assert "left_angle 54.71" in note
+    assert "right_angle 15.29" in note
 
 
 @pytest.mark.parametrize(
