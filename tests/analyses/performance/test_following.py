@@ -184,11 +184,11 @@ def test_what_happened_to_peaks_is_gathered_in_a_line_and_listed_one_by_one_in_t
     curve = wedge_that_lifts[1]
     words = [str(event) for event in curve.event.values[0]]
     born = sum("appeared" in event or "split off" in event for event in words)
-    gathered = [line for line in sentences(curve) if " born" in line]
+    gathered = [line for line in sentences(curve) if "resonance peaks appear" in line]
     assert born > 10
     assert len(gathered) == 1
     low, high = np.nanmin(curve.event_low.values), np.nanmax(curve.event_high.values)
-    assert f"F_C/F_E {low:.4g} to {high:.4g}: peaks {born} born" in gathered[0]
+    assert f"between F_C/F_E = {low:.4g} and {high:.4g} further resonance peaks appear ({born})" in gathered[0]
     table = tables(curve)["peaks along the curves"]
     assert all(
         f"{row['at Hz']:.5g} Hz: {row['what happened']}" in event for (_, row), event in zip(table.iterrows(), words, strict=True)
