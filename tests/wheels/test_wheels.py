@@ -237,5 +237,5 @@ def test_peaks_of_blades_are_those_of_the_whole_disk(monkeypatch):
 
     monkeypatch.setattr(work.wheels, "curve", lost)
     again = work.solve(1, lambda share: None)
-    np.testing.assert_array_equal(again["peak"], expected["peak"])
-    assert str(again["message"]) == "Solved as a whole, since its curve was lost sector by sector: It ended."
+    assert np.isnan(again["peak"]).all()
+    assert str(again["message"]).startswith("It ended. Lift-off")

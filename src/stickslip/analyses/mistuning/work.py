@@ -96,6 +96,9 @@ def _harmonics(name: str, harmonics: Any) -> Harmonics:
     return checked_harmonics(harmonics, "A forced response of the tuned disk shows how many are enough.")
 
 
+LIFTING = "Lift-off may be the cause: take a lower force, or solve this disk at single frequencies (`mistuned_response`)."
+
+
 @dataclass(frozen=True, eq=False)
 class PopulationWork(MeasuredOutput, Execution):
     """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1."""
@@ -252,7 +255,10 @@ class PopulationWork(MeasuredOutput, Execution):
         """Amplitudes of the blades and their maxima; of a sample that fails its outcome and a sentence."""
         started = time.process_time()
         try:
-            arrays = self._found(case, report)
+            if case and self.by_sector:
+                arrays = self._wheel(self.deviations(case - 1), report)
+            else:
+                arrays = self._solved(self.started if case == 0 else self.mistuned(case - 1), report)
         except (LostCurveError, LinAlgError, InputError) as reason:
             blades = 1 if case == 0 else self.disk.sectors
             stress = np.full((blades, len(self.places), len(SIZES) + len(COMPONENTS)), np.nan)
@@ -261,21 +267,14 @@ class PopulationWork(MeasuredOutput, Execution):
             arrays = {**nothing, **unknown, "outcome": np.array(int(Outcome.NOT_CONVERGED)), "message": np.array(str(reason))}
         return {**arrays, "cpu_seconds": np.array(time.process_time() - started)}
 
-    def _found(self, case: int, report: Report) -> Arrays:
-        """Of one disk; a wheel whose curve is lost sector by sector is solved as a whole."""
-        if not (case and self.by_sector):
-            return self._solved(self.started if case == 0 else self.mistuned(case - 1), report)
-        try:
-            return self._wheel(self.deviations(case - 1), report)
-        except LostCurveError as lost:
-            words = f"Solved as a whole, since its curve was lost sector by sector: {lost}"
-            return {**self._solved(self.mistuned(case - 1), report), "message": np.array(words)}
-
     def _wheel(self, given: Mistuning, report: Report) -> Arrays:
         """Of a disk that is solved sector by sector."""
         measure, blade, pull = self.sweep.measure, given.deviation("blade"), 1.0 + given.deviation("pull")
         table = contact_table(deviating_contacts(self.started.contacts * self.disk.sectors, given))
-        found = self.wheels.curve(blade, pull, table, measure, self.peak_tolerance, report)
+        try:
+            found = self.wheels.curve(blade, pull, table, measure, self.peak_tolerance, report)
+        except LostCurveError as lost:
+            raise LostCurveError(f"{lost} {LIFTING}") from None
         per, hertz, stress = (
             measure.per(self.sweep.levels[0]),
             0.5 / np.pi,

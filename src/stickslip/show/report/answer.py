@@ -93,8 +93,9 @@ def comparison(datasets: Mapping[str, xr.Dataset]) -> str:
     for level, name in zip(shown, names, strict=True):
         low, high = np.array([_range(data, at[level]) for data, at in zip(results, cases, strict=True)]).T
         best = int(np.argmin(high))
-        others = np.delete(low, best)
-        (lowest[list(datasets)[best]] if np.all(others > high[best]) else undecided).append(name)
+        nearest = float(np.delete(low, best).min())
+        apart = nearest > high[best] and number(nearest) != number(high[best])  # by a digit that the table shows
+        (lowest[list(datasets)[best]] if apart else undecided).append(name)
     output = first["output"].values[0]
     decided = ", ".join(f"{label} at {listed(at)}" for label, at in lowest.items() if at)
     said = [f"Lowest peak of {output}: {decided}."] if decided else []
