@@ -130,7 +130,7 @@ def test_a_study_runs_to_its_report(folder, tmp_path):
         main(["run", str(folder / "short.toml"), "--out", str(tmp_path / "out"), "--workers", "1"])
     assert not end.value.code
     found = ss.ForcedResponse(ss.open_results(tmp_path / "out" / "results.nc"), ss.read_problem(folder / "short.toml")).peaks()
-    python = ss.forced_response(in_python(folder), ss.hertz(1030.0, 1130.0), force=[1.0, 5.0], harmonics=1, samples=96).peaks()
+    python = ss.forced_response(in_python(folder), ss.hertz(1030.0, 1130.0), force=[1.0, 5.0], harmonics=1, samples=144).peaks()
     np.testing.assert_allclose(found["amplitude"], python["amplitude"], rtol=1e-12)
     assert "engine order 3" in (tmp_path / "out" / "report.html").read_text()
 

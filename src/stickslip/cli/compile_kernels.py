@@ -102,6 +102,7 @@ def small_cases() -> dict[str, Callable[[], Any]]:
         "stability": lambda: ss.forced_response(laws, band, 1.0, harmonics=3, samples=64).with_stability(),
         "many contacts": lambda: compiled(factorised_on_states, solve_on_states),
         "branch points": lambda: transposed_system(mass),
+        "mistuned wheel": lambda: answered(mass),
         "sensitivity": lambda: ss.sensitivity(mass, 0.17, {}, harmonics=3, samples=64),
         "controlled response": lambda: ss.controlled_response(mass, band, 0.5, harmonics=3, samples=64),
         "bounds": lambda: ss.response_bounds(mass, [0.17], 1.0, points=2, cloud=4, starts=1, harmonics=3, samples=64),
@@ -119,6 +120,17 @@ def transposed_system(problem: Problem) -> None:
     forces = np.zeros((balance.rows, balance.columns))
     factors = solved_factors(balance, balance.evaluate(Point(forces, 1.0, 10.0)))
     factors.solve_transposed(np.ones((1, factors.bordered.offsets[-1] + 1)))
+
+
+def answered(problem: Problem) -> None:
+    """What contacts answer to a motion, as balances in Python ask them."""
+    import numpy as np
+
+    from stickslip.solve.balance.balance import HarmonicBalance
+    from stickslip.solve.wheels.contact_answer import contact_answer
+
+    balance = HarmonicBalance(problem, 3, 64)
+    contact_answer(balance.table, balance.tables, np.zeros((balance.rows, balance.columns)), 1.0)
 
 
 def every_law() -> list[type[Law]]:
