@@ -183,10 +183,14 @@ class PopulationWork(MeasuredOutput, Execution):
         if other or any(map(np.any, deviating)) or any(f.power for f in disk.forces) or not isinstance(sweep.harmonics, int):
             return False
         try:
-            shapes = self._wheels_of(disk).few.size
+            return bool(self._shapes < len(disk.contact_stiffness))
         except LinAlgError:  # degrees of freedom without mass
             return False
-        return bool(shapes < len(disk.contact_stiffness))
+
+    @cached_property
+    def _shapes(self) -> int:
+        """On how many shapes of its contacts a sector is solved."""
+        return int(self._wheels_of(self.tuned).few.size)
 
     @cached_property
     def wheels(self) -> Wheels:
@@ -215,7 +219,7 @@ class PopulationWork(MeasuredOutput, Execution):
         disk = self.tuned
         size, sectors = disk.structure.size, disk.sectors
         if self.by_sector:
-            return int(sectors * self._wheels_of(disk).few.size)
+            return sectors * self._shapes
         return sectors * (min(size, most_coordinates(disk, self._modes_to, self.blade_dofs)) if self.large else size)
 
     @cached_property
