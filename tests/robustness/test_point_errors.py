@@ -8,6 +8,7 @@ import pytest
 import stickslip as ss
 from robustness.problems import CLASSES, random_case
 from stickslip.analyses.truncation import ALLOWED, finer_balance
+from stickslip.solve.continuation import truncation
 from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.truncation import beside
 
@@ -70,3 +71,23 @@ def test_automatic_harmonics_keep_the_tolerance_along_the_curve():
     true = np.concatenate([errors(random_case(*each), "auto", 256)[1] for each in drawn])
     assert np.isfinite(true).all()
     assert true.max() < 2e-3
+
+
+@pytest.mark.parametrize("kind", ["varying load", "lift-off"])
+def test_few_matrices_lead_where_each_its_own_leads(kind, monkeypatch):
+    """The way of many contacts, taken by few ones: it arrives as often, within a thousandth of the way."""
+    case = random_case(kind, 42000)
+    response = ss.forced_response(case.problem, case.band, case.level, harmonics=3, samples=256)
+    curve, ways = response._solved_curve(0, 1), []
+    finer = finer_balance(curve.balance, 9, 1)
+    for point in curve.points[:: len(curve.points) // 8]:
+        ways.append([])
+        for fewest in (np.inf, 0):
+            monkeypatch.setattr(truncation, "FEWEST_UNKNOWNS", fewest)
+            ways[-1].append(beside(finer, point.evaluation, point.across("omega")))
+    ways = [each for each in ways if each[0].solved]
+    assert len(ways) >= 6
+    assert all(few.solved for _, few in ways)
+    assert not all(np.array_equal(few.moved, own.moved) for own, few in ways)
+    for own, few in ways:
+        assert np.linalg.norm(few.moved - own.moved) <= 2e-3 * np.linalg.norm(own.moved)

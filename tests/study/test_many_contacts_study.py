@@ -68,7 +68,7 @@ def test_a_check_from_the_mesh_says_what_one_with_rows_says(folder, from_mesh, m
 
 
 def test_memory_of_a_run_is_said_and_refused_where_the_machine_has_less(folder, from_mesh, monkeypatch):  # noqa: F811
-    """Of a point count the arrays that a solved one keeps; a second process takes as much again."""
+    """Of a point count the arrays that a solved one keeps, and those of results; a second process takes the model again."""
     (folder / "check.toml").write_text(SWEEP)
     job, taken = read(folder / "check.toml"), 3 << 30
     balance = job.plan.works[""].balance
@@ -80,7 +80,7 @@ def test_memory_of_a_run_is_said_and_refused_where_the_machine_has_less(folder, 
     assert state.own.size + state.by_omega.size == 0
     monkeypatch.setattr(machine, "taken", lambda: taken)
     monkeypatch.setattr(machine, "memory", lambda: 5 << 30)
-    whole = taken + run_time.POINTS * run_time.KEPT * 8 * rows * columns
+    whole = taken + run_time.POINTS * (run_time.KEPT + run_time.RESULTING * 2) * 8 * rows * columns
     assert run_time.run_memory(job) == f"It takes about {whole / 2**30:.2g} GiB of memory in 1 process."
     with pytest.raises(ss.InputError, match=r"contact rows .* in 2 processes must fit into 5 GiB, but is '6 GiB'.* --workers"):
         run_time.run_memory(job, 8)

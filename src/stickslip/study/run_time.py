@@ -153,19 +153,21 @@ def run_time(job: Job, seconds: float | None) -> str:
     return f"Computing {what} takes {words} of one core, as roughly estimated from a few points of the tuned disk.{cure}"
 
 
-KEPT = 6
-"""Arrays (contact rows, 2H+1) that a point of a curve keeps: contact forces, motion, residual, tangent of both, scales."""
+KEPT, RESULTING = 6, 3
+"""Arrays (contact rows, 2H+1) that a point keeps while its curve is computed: contact forces, motion, residual, tangent of both,
+scales; and that results hold of a point of each curve: forces, motion and shares of half of them, twice while they are joined."""
 
 
 def run_memory(job: Job, processes: int = 1) -> str:
     """A sentence on the memory of all curves on a finite-element model whose contacts are many, refused where the machine has
-    less: of each process what this one has with the model, and the points of a curve. Empty for other studies."""
+    less: of each process what this one has with the model, and the points of a curve; and all results. Empty for other studies."""
     if job.sweep is None or not _has_curves(job) or job.sweep.problem.mesh is None:
         return ""
     harmonics = _with_harmonics(job.sweep, job.plan).harmonics
     columns = 2 * (AUTOMATIC if isinstance(harmonics, str) else harmonics if isinstance(harmonics, int) else len(harmonics)) + 1
-    rows, processes = len(job.sweep.problem.contact_stiffness), min(processes, _curves(job))
-    whole = processes * (machine.taken() + POINTS * KEPT * 8.0 * rows * columns)
+    rows, curves = len(job.sweep.problem.contact_stiffness), _curves(job)
+    processes, a_curve = min(processes, curves), POINTS * 8.0 * rows * columns
+    whole = processes * (machine.taken() + KEPT * a_curve) + curves * RESULTING * a_curve
     needed, there = (f"{size / 2**30:.2g} GiB" for size in (whole, machine.memory()))
     if whole > machine.memory():
         what = f"The memory of {rows} contact rows with their model in {counted(processes, 'process', 'processes')}"

@@ -27,6 +27,9 @@ LARGEST = 400
 UNDAMPED = 1e-8
 """A mode with a smaller damping ratio is looked at beside its frequency, where the balance has a solution."""
 
+REMEMBERED = 16
+"""States of contacts whose resonances are kept: those of the last steps. All of a blade root took 0.7 GB."""
+
 BESIDE = 1e-6
 """How far beside, and the ratio that stands for its own: friction makes its peak wider than that."""
 
@@ -98,9 +101,12 @@ class Resonances:
         return drive, compliance
 
     def where_stuck(self, unknown: Index) -> "Resonances | None":
-        """Those of the structure on the contacts that stick in a state, decomposed once; None where all or none do, or where the
-        structure is too large to be decomposed for each of its contact states. unknown (rows,): as `contact.protocol` counts."""
+        """Those of the structure on the contacts that stick in a state, remembered for steps that follow; None where all or none
+        do, or where the structure is too large to be decomposed for each of its contact states. unknown (rows,): as
+        `contact.protocol` counts."""
         key = unknown.tobytes()
+        while len(self._stuck) > REMEMBERED:
+            del self._stuck[next(iter(self._stuck))]
         if key not in self._stuck:
             held = unknown != SLIPPING
             if held.all() or not held.any() or self.problem.structure.size > LARGEST:
