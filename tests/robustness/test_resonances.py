@@ -8,8 +8,9 @@ import pytest
 import stickslip as ss
 from robustness import problems
 from robustness.resonances import HARMONICS, RATIOS, SAMPLES, STUCK, Tally, linear_peaks, random_case, solved_peaks
+from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.resonances import Resonances
+from stickslip.solve.balance.resonances import REMEMBERED, Resonances
 from stickslip.solve.continuation import steps
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.curves.refine import _hills
@@ -266,6 +267,20 @@ def test_resonances_with_some_contacts_stuck_are_found(band):
         exact = float(ss.forced_response(problem, listed, force=1.0).dataset.amplitude.max())
         near = peaks[(peaks.frequency / natural - 1.0).abs() < 3e-3]
         assert near.amplitude.max() >= (1.0 - 1e-3) * exact
+
+
+def test_resonances_of_few_states_of_contacts_are_kept():
+    """Of 62 states of six contact rows the last few; one that is met again has the resonances it had."""
+    problem = problems.random_case("varying load", 0).problem
+    rows = len(problem.contact_stiffness)
+    resonances = Resonances(problem, 1)
+    states = [np.array([SLIPPING if number >> bit & 1 else HELD for bit in range(rows)]) for number in range(1, 2**rows - 1)]
+    found = [resonances.where_stuck(state) for state in states]
+    assert len(found) > 2 * REMEMBERED
+    assert len(resonances._stuck) <= REMEMBERED + 2
+    again = resonances.where_stuck(states[0])
+    assert again is not found[0]
+    np.testing.assert_array_equal(again.omega, found[0].omega)
 
 
 def test_narrow_peaks_of_a_wide_band_are_found():

@@ -160,7 +160,7 @@ scales; and that results hold of a point of each curve: forces, motion and share
 
 def run_memory(job: Job, processes: int = 1) -> str:
     """A sentence on the memory of all curves on a finite-element model whose contacts are many, refused where the machine has
-    less: of each process what this one has with the model, and the points of a curve; and all results. Empty for other studies."""
+    less: of each process what this one has with the model, and the points of a curve; all results. Empty for other studies."""
     if job.sweep is None or not _has_curves(job) or job.sweep.problem.mesh is None:
         return ""
     harmonics = _with_harmonics(job.sweep, job.plan).harmonics

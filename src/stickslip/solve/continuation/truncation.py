@@ -108,7 +108,7 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
     across: a plane across the curve, or a prescribed frequency, whatever its target: the one through the solution is taken;
     near: the same at a neighbouring solution, whose way is tried first if it was solved; without one, Newton's method goes on
     behind kinks of friction, where no step reduces the residual, and takes a way round at the same frequency. Many contacts,
-    whose steps take long, have no second attempt: on a blade root one of twelve arrived, and 20 steps behind kinks did not.
+    whose steps take long, take `_by_few_matrices` from the solution itself, and those ways where there is no neighbour alone.
     """
     point = evaluation.point
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
@@ -158,7 +158,8 @@ def _by_few_matrices(finer: HarmonicBalance, padded: Evaluation, condition: Path
 
     Of the steps 1, 1/2, 1/4, ... the longest counts, λ, after which the same matrix gives a step at most 1 − λ/4 times as long:
     where many contacts lift off, the residual, which kinks keep large, says less. The matrix is kept while whole steps shrink to
-    a half. Where each step d is θ times as long as the one before, θ/(1 − θ) |d| is left, at most `ACCURATE` of the way in the end.
+    a half. Where each step d is θ times as long as the one before, θ/(1 − θ) |d| is left: at most `ACCURATE` of the way in the
+    end, and of the residual, as the second step beyond a kink may be short by chance.
     Source: P. Deuflhard, Newton Methods for Nonlinear Problems (2004), sections 2.1.2 and 3.3.3.
     """
     found, fresh, matrices, before = padded, True, 0, np.inf
@@ -175,7 +176,8 @@ def _by_few_matrices(finer: HarmonicBalance, padded: Evaluation, condition: Path
             after, further = finer.newton_step(following, condition, factors)
             left = float(np.linalg.norm(after))
         length, way = (float(np.linalg.norm(following.w - each.w)) for each in (found, padded))
-        if not fresh and length <= 0.5 * before and length**2 <= ACCURATE * (before - length) * way:
+        near = length <= 0.5 * before and length**2 <= ACCURATE * (before - length) * way
+        if not fresh and near and following.error <= ACCURATE * padded.error:
             return following
         found, fresh, before = following, share < 1.0 or left > 0.5 * whole, length
         step, amount = after, further
