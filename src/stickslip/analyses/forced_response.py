@@ -107,7 +107,6 @@ from stickslip.support.checks import InputError, between, fault, of_kind
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import Band
 
@@ -474,7 +473,6 @@ def _recovery(problem: Problem, given: StressRecovery | None) -> StressRecovery:
     return found
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(ForcedResponseSettings)
 def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     """Steady response X_h(ω) of M q̈ + C q̇ + K q + Bᵀ f(B q) = p over a band, by harmonic balance.

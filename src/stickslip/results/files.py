@@ -26,7 +26,6 @@ from stickslip.model.readers.matlab import refuse_other_files, refuse_too_much
 from stickslip.results.quantities import as_quantity
 from stickslip.results.schema import (
     FILE_FORMAT,
-    RENAMED_VARIABLES,
     SCHEMA,
     Result,
     analysis_named,
@@ -201,7 +200,6 @@ def _encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def _plain(dataset: xr.Dataset) -> xr.Dataset:
     """The dataset as an analysis makes it: strings of fixed width, Python numbers as attributes, no encoding of the file."""
-    dataset = dataset.rename({old: new for old, new in RENAMED_VARIABLES.items() if old in dataset})
     for name, variable in list(dataset.variables.items()):
         if variable.dtype.kind in "OT":
             dataset[name] = (variable.dims, variable.values.astype(np.str_), variable.attrs)

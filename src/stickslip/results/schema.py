@@ -91,10 +91,6 @@ COMMON_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format")
 REQUIRED_ATTRIBUTES = (*COMMON_ATTRIBUTES, "harmonics", "samples", "cpu_seconds")
 RESPONSES = ("forced_response", "response_bounds", "response_samples")
 """The analyses whose results are curves of the forced response, with the variables of `SCHEMA`; others name their own."""
-RENAMED_ANALYSES = {"what_matters": "sensitivity_indices"}
-"""Old names of analyses in results files."""
-RENAMED_VARIABLES = {"optimum_doubt": "optimum_warning"}
-"""Old names of variables in results files."""
 
 
 @dataclass(frozen=True)
@@ -184,9 +180,8 @@ def stamped(dataset: xr.Dataset, analysis: str = RESPONSES[0]) -> xr.Dataset:
 
 
 def analysis_of(dataset: xr.Dataset) -> str:
-    """The analysis that a dataset came of, by its name of today."""
-    name = str(dataset.attrs.get("analysis", RESPONSES[0]))
-    return RENAMED_ANALYSES.get(name, name)
+    """The analysis that a dataset came of."""
+    return str(dataset.attrs.get("analysis", RESPONSES[0]))
 
 
 def analysis_named(kind: str) -> str:

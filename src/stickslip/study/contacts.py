@@ -351,8 +351,6 @@ class MicroslipArrayTable(FrictionTable):
 class IwanTable(SliderTable):
     """Microslip under one normal load: Iwan's law with the pressure of a cylinder on a flat, of a parabola, or Segalman's."""
 
-    renamed: ClassVar[dict[str, str]] = {"pressure": "spectrum", "elements": "count"}
-
     law: Annotated[Literal["iwan"], Field(description="the contact law")]
     spectrum: Literal["hertz", "parabolic", "four_parameter"] = "hertz"
     """of the displacements at which the elements slip: by a Hertzian or parabolic pressure, or Segalman's"""

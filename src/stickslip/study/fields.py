@@ -46,8 +46,6 @@ class Table(BaseModel):
     """Pairs of keys of which either both or none must be given."""
     in_place_of: ClassVar[dict[str, str]] = {}
     """Keys that stand for another one in these pairs: {"surface": "normal"}, and free its partner."""
-    renamed: ClassVar[dict[str, str]] = {}
-    """Keys of older files, with their names of today."""
 
 
 def _form(value: Any) -> str:

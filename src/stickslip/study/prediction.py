@@ -22,7 +22,6 @@ from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
 from stickslip.study.analyses.response_identification import ResponseIdentificationPlan, free_parameters, known_settings
 from stickslip.study.analysis import Asked, Plan, content_of
-from stickslip.study.faults import with_new_names
 from stickslip.study.fields import Number, Seed, Table
 from stickslip.support.checks import MOST, InputError, counted, fault, listed
 from stickslip.support.late import xr
@@ -117,7 +116,7 @@ class PredictionPlan(Plan):
             )
         own = {*free, *self.table.settings, *(name for one in self.base.table.settings for name in one)}
         text = str(dataset.attrs.get("study", ""))
-        if text and (found := differences(self.document, with_new_names(tomllib.loads(text))[0], (own, self.name))):
+        if text and (found := differences(self.document, tomllib.loads(text), (own, self.name))):
             raise InputError(
                 f"{what} was made with another problem: {listed(found)}. Use the same problem, give intended differences in "
                 "`settings`, or remove `identification`: the study then identifies the parameters itself."

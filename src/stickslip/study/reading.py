@@ -30,7 +30,7 @@ from stickslip.study.analyses.speed_sweep import straight_notes
 from stickslip.study.analysis import KINDS, Asked, Kind, Plan, StudyTable, all_keys, keys_of, owners
 from stickslip.study.build import Names, dofs_in
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
-from stickslip.study.faults import Found, Made, Model, parsed, with_new_names
+from stickslip.study.faults import Found, Made, Model, parsed
 from stickslip.study.fields import SYSTEMS, Table, Units, check_of, values_of
 from stickslip.study.further_curves import NO_STRESS, resting_fatigue
 from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
@@ -175,7 +175,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
     progress(share, text) is called while a large model is read and reduced. whole_disk: reduce a sector for all nodal diameters,
     not only those that the engine orders of the study can excite.
     """
-    document, notes = with_new_names(toml(text))
+    document, notes = toml(text), list[str]()
     kind = kind_of(document)
     found = Found()
     tables = tables_of(document, kind, found)

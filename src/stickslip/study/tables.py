@@ -305,8 +305,6 @@ class MeanSpringTable(Table):
 class ForceTable(Table):
     """p(t) = static + Re(level · amplitude · ω^k exp(i h ω t)). Several at one place make a polynomial in ω."""
 
-    renamed: ClassVar[dict[str, str]] = {"at": "direction"}
-
     name: Annotated[str, Field(description="name for [[load_step]]")] = ""
     direction: Place
     """degree of freedom, or a table of coefficients; with `surface` x, y or z, or a table of these"""

@@ -53,7 +53,6 @@ from stickslip.solve.peaks.continuation import ContinuedPeaks, Event, PeakContin
 from stickslip.support.checks import between, fault, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
 
 
@@ -96,7 +95,6 @@ class PerformanceCurve(Result):
         return spreads[0], spreads[1]
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(PerformanceWork)
 def performance_curve(work: PerformanceWork) -> PerformanceCurve:
     """Peak amplitude and frequency of the highest resonance against F_C/F_E, for one or several friction coefficients.
@@ -220,7 +218,6 @@ class BandSettings(Sampled, MeasuredOutput, Execution):
         )
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(BandSettings)
 def performance_band(work: BandSettings) -> PerformanceBand:
     """Lowest and highest resonance peak over all start states at values of F_C/F_E; the excitation is varied.

@@ -40,7 +40,6 @@ from stickslip.solve.balance.fourier import MOST_SAMPLES, attribute
 from stickslip.support.checks import Array, InputError, fault, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
-from stickslip.support.renamed import renamed_arguments
 
 FACTOR = 2.0
 """Default uncertainty of the friction coefficient, which evolves with wear (Gola and Gastaldi, ASME GT2014-25240)."""
@@ -256,7 +255,6 @@ class DesignSettings(Measured, Execution):
         return replace(work, fingerprint=middle.fingerprint)
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(DesignSettings)
 def damper_design(settings: DesignSettings) -> DamperDesign:
     """Design in a box of variables with the lowest worst-case resonance, min over v of max over (F, μ, start) of the peak.

@@ -44,7 +44,6 @@ from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
 from stickslip.solve.peaks.continuation import swept_peaks
 from stickslip.support.checks import Array, fault, positive, whole
 from stickslip.support.late import xr
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
 
 MOST_DRAWS = 2**20
@@ -223,7 +222,6 @@ class SensitivityIndices(Result):
     dataset: xr.Dataset
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(DrawsWork)
 def sensitivity_indices(work: DrawsWork) -> SensitivityIndices:
     """Sobol' indices of the highest peak and its frequency, and its slopes, by parameters in ranges.

@@ -66,7 +66,6 @@ from stickslip.solve.starts.states import StartSpace, UnsolvedError, explored_sp
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band, listed
 
 BOUNDS, SIGNS = ("lower", "upper"), (-1.0, 1.0)
@@ -398,7 +397,6 @@ class ResponseBounds(Result):
     problem: Problem
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(BoundsWork)
 def response_bounds(work: BoundsWork) -> ResponseBounds:
     """Highest and lowest response over the start states, at each frequency or at the peak, for one or several force levels.

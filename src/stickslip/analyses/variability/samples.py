@@ -57,7 +57,6 @@ from stickslip.support.checks import Array, InputError, among, between, fault, n
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band, listed
 
 Method = Literal["latin", "random", "corners"]
@@ -366,7 +365,6 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
         return ResponseSamples(dataset.assign(wanted=list(self.frequencies)) if self.exactly else dataset, self.problem)
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(SamplesWork)
 def response_samples(work: SamplesWork) -> ResponseSamples:
     """Curves over a band, or at frequencies in Hz, for many start states, at one or several force levels.

@@ -24,7 +24,6 @@ from stickslip.model.structure.matrices import AerodynamicDamping, Damping, Dash
 from stickslip.model.structure.modes import Modes, natural_modes
 from stickslip.model.structure.stuck_mesh import Coordinates, StuckMesh
 from stickslip.support.checks import SMALLEST, Array, InputError, counted, fault, is_definite, of_kind, several, storable, unique
-from stickslip.support.renamed import renamed_property
 from stickslip.support.renderers import FIGURES
 
 HELD_ALONE = 1e-10
@@ -192,8 +191,6 @@ class Problem:
         if self.speed is None:
             return warnings_of(self)
         return warnings_of(self.at_frequency(self.first_omega_at_rest))
-
-    doubts = renamed_property("doubts", "warnings")
 
     @cached_property
     def B(self) -> Array:
