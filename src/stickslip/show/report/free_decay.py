@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.results.schema import Row
 from stickslip.results.view import length_text
 from stickslip.show.plots.time_response import decay, measured, stepped_sine
-from stickslip.show.report.markup import Presentation, always, hertz, percent, presents
+from stickslip.show.report.markup import hertz, percent, presents
 from stickslip.support.checks import Index, counted, first_of, in_percent
 from stickslip.support.late import pd, xr
 
@@ -128,13 +128,8 @@ def measured_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {ANSWER: answer.iloc[shown].reset_index(drop=True), "windows": windows}
 
 
-MEASURED = presents(
-    "measured_decay",
-    Presentation("Measured decay", measured_sentences, always([]), always({"measured_decay": measured}), measured_tables, ANSWER),
-)
-PRESENTATION = presents(
-    "free_decay", Presentation("Free decay", sentences, always([]), always({"decay": decay}), tables, histories=histories)
-)
+presents("measured_decay", "Measured decay", measured_sentences, {"measured_decay": measured}, measured_tables, answer=ANSWER)
+presents("free_decay", "Free decay", sentences, {"decay": decay}, tables, histories=histories)
 
 
 STEPPED_ANSWER = "highest amplitude at the end of a dwell"
@@ -248,14 +243,12 @@ def stepped_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     }
 
 
-STEPPED_PRESENTATION = presents(
+presents(
     "stepped_sine",
-    Presentation(
-        "Stepped sine",
-        stepped_sentences,
-        stepped_failures,
-        always({"stepped_sine": stepped_sine}),
-        stepped_tables,
-        STEPPED_ANSWER,
-    ),
+    "Stepped sine",
+    stepped_sentences,
+    {"stepped_sine": stepped_sine},
+    stepped_tables,
+    failures=stepped_failures,
+    answer=STEPPED_ANSWER,
 )

@@ -38,7 +38,7 @@ from stickslip.show.plots.identification import (
     residuals,
 )
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.markup import Presentation, always, percent, presents
+from stickslip.show.report.markup import percent, presents
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 
@@ -112,14 +112,11 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 PRESENTATION = presents(
     "identification",
-    Presentation(
-        "Identification of contact parameters",
-        sentences,
-        always([]),
-        always({"loops": loops_and_fit, "residuals": residuals, "posterior": posterior}),
-        tables,
-        answer="parameters",
-    ),
+    "Identification of contact parameters",
+    sentences,
+    {"loops": loops_and_fit, "residuals": residuals, "posterior": posterior},
+    tables,
+    answer="parameters",
 )
 
 
@@ -170,7 +167,7 @@ def law_figures(dataset: xr.Dataset) -> Figures:
     return {"loops": law_loops_and_fit, **cycles, **laws}
 
 
-LAW_PRESENTATION = presents("contact_law", Presentation("Law of a contact", law_sentences, always([]), law_figures, law_tables))
+presents("contact_law", "Law of a contact", law_sentences, law_figures, law_tables)
 
 
 def response_failures(dataset: xr.Dataset) -> list[str]:
@@ -206,16 +203,14 @@ def _in_the_problem(own: list[float], unit: str, value: float, least: float) -> 
     return f"≥ {times(own, least, unit)}" if np.isfinite(least) else times(own, value, unit)
 
 
-RESPONSE_PRESENTATION = presents(
+presents(
     "response_identification",
-    Presentation(
-        "Parameters from frequency responses",
-        response_summary,
-        response_failures,
-        always({"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals}),
-        response_tables,
-        answer="parameters",
-    ),
+    "Parameters from frequency responses",
+    response_summary,
+    {"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals},
+    response_tables,
+    failures=response_failures,
+    answer="parameters",
 )
 
 
@@ -230,17 +225,15 @@ def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"predicted curves": curve_table(dataset)}
 
 
-PREDICTION_PRESENTATION = presents(
+presents(
     "response_prediction",
-    Presentation(
-        "Predicted responses",
-        summary,
-        prediction_failures,
-        always({"predicted": predicted, "predicted_peaks": predicted_peaks}),
-        prediction_tables,
-        answer="predicted peaks",
-        histories=histories,
-    ),
+    "Predicted responses",
+    summary,
+    {"predicted": predicted, "predicted_peaks": predicted_peaks},
+    prediction_tables,
+    failures=prediction_failures,
+    answer="predicted peaks",
+    histories=histories,
 )
 
 
@@ -250,15 +243,13 @@ def decay_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return found | ({"measured against predicted": decay_comparison_table(dataset)} if "decay" in dataset.sizes else {})
 
 
-DECAY_PRESENTATION = presents(
+presents(
     "decay_prediction",
-    Presentation(
-        "Predicted decay",
-        decay_summary,
-        decay_failures,
-        always({"predicted_decay": predicted_decay}),
-        decay_tables,
-        answer="predicted decay",
-        histories=whole_tables,
-    ),
+    "Predicted decay",
+    decay_summary,
+    {"predicted_decay": predicted_decay},
+    decay_tables,
+    failures=decay_failures,
+    answer="predicted decay",
+    histories=whole_tables,
 )

@@ -18,7 +18,7 @@ from stickslip.show.plots.nonlinear_modes import (
     shape,
 )
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.markup import Presentation, always, hertz, number, percent, presents
+from stickslip.show.report.markup import hertz, number, percent, presents
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -151,7 +151,7 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {**shown, "contact_states": contact_states} if dataset.sizes["contact"] else shown
 
 
-PRESENTATION = presents("nonlinear_modes", Presentation("Nonlinear modes", sentences, failures, figures, tables))
+PRESENTATION = presents("nonlinear_modes", "Nonlinear modes", sentences, figures, tables, failures=failures)
 
 
 def cycle_sentences(dataset: xr.Dataset) -> list[str]:
@@ -216,13 +216,11 @@ def cycle_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"limit cycles": pd.DataFrame(cycles), "limit cycles by aerodynamic damping": curve}
 
 
-CYCLE_PRESENTATION = presents(
+presents(
     "limit_cycles",
-    Presentation(
-        "Limit cycles",
-        cycle_sentences,
-        cycle_failures,
-        always({"limit_cycles": over_damping, "limit_cycle_frequency": frequency_over_damping}),
-        cycle_tables,
-    ),
+    "Limit cycles",
+    cycle_sentences,
+    {"limit_cycles": over_damping, "limit_cycle_frequency": frequency_over_damping},
+    cycle_tables,
+    failures=cycle_failures,
 )

@@ -13,7 +13,7 @@ from stickslip.results.view import measure_in, shown_unit, size_text
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.performance_curve import REGIONS, design_space, dissipation, performance_band, performance_curves
 from stickslip.show.plots.variability import tornado
-from stickslip.show.report.markup import Presentation, always, percent, presents
+from stickslip.show.report.markup import percent, presents
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import in_percent, listed
 from stickslip.support.late import pd, xr
@@ -134,7 +134,7 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"performance_curve": performance_curves, **as_inertance, "dissipation": dissipation}
 
 
-PRESENTATION = presents("performance_curve", Presentation("Performance curves", sentences, failures, figures, tables))
+presents("performance_curve", "Performance curves", sentences, figures, tables, failures=failures)
 
 
 def band_sentences(dataset: xr.Dataset) -> list[str]:
@@ -180,15 +180,13 @@ def band_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"band of the performance curve": pd.DataFrame(columns)}
 
 
-BAND_PRESENTATION = presents(
+presents(
     "performance_band",
-    Presentation(
-        "Band of the performance curve",
-        band_sentences,
-        band_failures,
-        always({"performance_band": performance_band}),
-        band_tables,
-    ),
+    "Band of the performance curve",
+    band_sentences,
+    {"performance_band": performance_band},
+    band_tables,
+    failures=band_failures,
 )
 
 
@@ -225,10 +223,7 @@ def index_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"parameters": pd.DataFrame(columns)}
 
 
-INDEX_PRESENTATION = presents(
-    "sensitivity_indices",
-    Presentation("Which parameter matters", index_sentences, always([]), always({"tornado": tornado}), index_tables),
-)
+presents("sensitivity_indices", "Which parameter matters", index_sentences, {"tornado": tornado}, index_tables)
 
 
 MORE = 0.1
@@ -376,14 +371,12 @@ def _best_design(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-DESIGN_PRESENTATION = presents(
+presents(
     "damper_design",
-    Presentation(
-        "Design of a damper",
-        design_sentences,
-        design_failures,
-        always({"design_space": design_space}),
-        design_tables,
-        answer="best design",
-    ),
+    "Design of a damper",
+    design_sentences,
+    {"design_space": design_space},
+    design_tables,
+    failures=design_failures,
+    answer="best design",
 )

@@ -57,7 +57,7 @@ from stickslip.show.plots.time_response import bound_cycles, contact_forces, for
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
 from stickslip.show.report.answer import error_words
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence, reached_sentences
-from stickslip.show.report.markup import Charts, Presentation, framed, hertz, number, presents, section
+from stickslip.show.report.markup import Charts, framed, hertz, number, presents, section
 from stickslip.show.report.stress import (
     fatigue_sentences,
     fatigue_table,
@@ -400,9 +400,14 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return frames | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
 
 
-PRESENTATION = presents(
+presents(
     ("forced_response", "response_bounds", "response_samples"),
-    Presentation("Forced response", sentences, failures, figures_of, tables, responses=True),
+    "Forced response",
+    sentences,
+    figures_of,
+    tables,
+    failures=failures,
+    responses=True,
 )
 
 
@@ -470,7 +475,12 @@ def held_figures(dataset: xr.Dataset) -> Figures:
     return {**found, "phase_resonances": resonances} if known > 1 else found
 
 
-HELD_PRESENTATION = presents(
+presents(
     "controlled_response",
-    Presentation("Controlled response", held_sentences, held_failures, held_figures, held_tables, answer=HELD_ANSWER),
+    "Controlled response",
+    held_sentences,
+    held_figures,
+    held_tables,
+    failures=held_failures,
+    answer=HELD_ANSWER,
 )
