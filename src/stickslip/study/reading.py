@@ -183,7 +183,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
         found.attempt("[study]", storable, "title", tables.study.title)
     misplaced(tables, document, kind, found)
     for key, table in tables.own.items():
-        found.attempt(f"[{key}]", kind.checks.get(key, sound), table)
+        found.attempt(f"[{key}]", table.check)
     sweep, stated = None, None
     if kind.on_problem:
         where = frequencies_of(tables, kind, found)
@@ -211,10 +211,6 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
 def rig_of(table: StructureTable | None) -> tuple[str, Mapping[str, Any]]:
     """The name of the ready problem that a file asks for, and its parameters."""
     return (table.rig or "", table.parameters) if table else ("", {})
-
-
-def sound(table: Table) -> None:
-    """A table that its model checks wholly."""
 
 
 def kind_of(document: Mapping[str, Any]) -> Kind:
@@ -344,7 +340,11 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     for key in document:
         if key not in keys_of(kind) and key not in (known := all_keys()):
             found.messages.append(str(fault("The study file, table", "must be a known one", key, nearest(key, known))))
-    for key in ("study", *(("structure", "sweep") if kind.on_problem else ()), *kind.required):
+    for key in (
+        "study",
+        *(("structure", "sweep") if kind.on_problem else ()),
+        *(key for key in kind.tables if key not in kind.optional),
+    ):
         if key not in document:
             found.messages.append(f"[{key}] must be given, but is missing.")
 

@@ -18,8 +18,8 @@ from stickslip.results.files import open_results
 from stickslip.results.schema import analysis_of
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
-from stickslip.study.analyses.response_identification import ResponseIdentificationTable, free_parameters
-from stickslip.study.analysis import Asked, Kind
+from stickslip.study.analyses.response_identification import ResponseIdentificationTable
+from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind
 from stickslip.study.fields import LENGTH, with_si
 from stickslip.study.prediction import PredictionPlan, PredictionTable
 from stickslip.study.tables import Ends
@@ -37,16 +37,15 @@ class DecayPredictionTable(PredictionTable):
     compare: list[str] = Field(default_factory=list)
     """measured decays to compare with: results of `stickslip decay`, or recorded signals"""
 
+    def check(self) -> None:
+        """Amplitudes, or decays that say them."""
+        if self.amplitude is None and not self.compare:
+            raise fault("amplitude", "must be given, or decays to compare with", "none")
+        if self.amplitude is not None and not self.amplitude[0] < self.amplitude[1]:
+            raise fault("amplitude", "must be [smallest, largest], the smaller first", list(self.amplitude))
+
 
 TABLE = "decay_prediction"
-
-
-def checked(table: DecayPredictionTable) -> None:
-    """Amplitudes, or decays that say them."""
-    if table.amplitude is None and not table.compare:
-        raise fault("amplitude", "must be given, or decays to compare with", "none")
-    if table.amplitude is not None and not table.amplitude[0] < table.amplitude[1]:
-        raise fault("amplitude", "must be [smallest, largest], the smaller first", list(table.amplitude))
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +115,6 @@ def _decay(path: Path) -> MeasuredDecay:
 KIND = Kind(
     DecayPredictionPlan.of,
     {IDENTIFICATION: ResponseIdentificationTable, TABLE: DecayPredictionTable},
-    required=(IDENTIFICATION, TABLE),
-    checks={IDENTIFICATION: free_parameters, TABLE: checked},
-    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+    without=LEVELS_AND_PEAKS,
 )
 """Files are read when the work begins."""

@@ -12,6 +12,7 @@ from stickslip.model.structure.stress import StressRecovery
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers, silent
 from stickslip.solve.time.period import refuse_waves
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
+from stickslip.study.fields import Table
 from stickslip.study.further_curves import (
     BranchesTable,
     FatigueTable,
@@ -21,7 +22,6 @@ from stickslip.study.further_curves import (
     StabilityTable,
     StressTable,
     fatigue_of,
-    ordered,
     reached_of,
     recovery_of,
     stability_of,
@@ -86,11 +86,6 @@ class ForcedResponsePlan(Plan):
         return found if self.fatigue is None else self.fatigue(found)
 
 
-def checked(table: IsolatedTable) -> None:
-    """What the model of [isolated] cannot check."""
-    ordered(table.amplitude, table.mode)
-
-
 def sweep_of(asked: Asked) -> ForcedResponseSettings:
     """The sweep of an analysis that has one."""
     if asked.sweep is None:
@@ -98,17 +93,12 @@ def sweep_of(asked: Asked) -> ForcedResponseSettings:
     return asked.sweep
 
 
-KIND = Kind(
-    ForcedResponsePlan.of,
-    {
-        "stress": StressTable,
-        "fatigue": FatigueTable,
-        "stability": StabilityTable,
-        "reached": ReachedTable,
-        "isolated": IsolatedTable,
-        "branches": BranchesTable,
-    },
-    checks={"isolated": checked},
-    repeats=True,
-    from_mesh=True,
-)
+OPTIONAL: dict[str, type[Table]] = {
+    "stress": StressTable,
+    "fatigue": FatigueTable,
+    "stability": StabilityTable,
+    "reached": ReachedTable,
+    "isolated": IsolatedTable,
+    "branches": BranchesTable,
+}
+KIND = Kind(ForcedResponsePlan.of, OPTIONAL, optional=OPTIONAL, repeats=True, from_mesh=True)

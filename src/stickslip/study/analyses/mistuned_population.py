@@ -99,7 +99,7 @@ def plan(asked: Asked) -> Works:
 KIND = Kind(
     plan,
     {"mistuned_population": MistuningTable, "fatigue": FatigueTable},
-    required=("mistuned_population",),
+    optional=("fatigue",),
     without=("tolerance", "peak_tolerance"),
     check_of_sweep=checked_sweep,
     whole_disk=True,

@@ -19,10 +19,9 @@ from stickslip.study.analyses.response_identification import TABLE as IDENTIFICA
 from stickslip.study.analyses.response_identification import (
     ColumnName,
     ResponseIdentificationTable,
-    free_parameters,
     measured_curves,
 )
-from stickslip.study.analysis import Asked, Kind
+from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind
 from stickslip.study.fields import Column, Positive
 from stickslip.study.prediction import PredictionPlan, PredictionTable
 from stickslip.support.checks import InputError, counted, fault, unique
@@ -45,18 +44,17 @@ class ResponsePredictionTable(PredictionTable):
     by: Column | None = None
     """column that distinguishes the curves of one of these files; default: that of the identification"""
 
+    def check(self) -> None:
+        """One kind of levels, or tests that say them."""
+        if self.force or self.amplitude or not self.compare:
+            one_kind_of_level(self.force, self.amplitude, files=True)
+        unique("force", self.force)
+        unique("amplitude", self.amplitude)
+        if not self.compare and (self.compare_force or self.columns or self.column_units or self.by is not None):
+            raise fault("compare_force, columns, column_units and by", "must go with files to compare", "none")
+
 
 TABLE = "response_prediction"
-
-
-def checked(table: ResponsePredictionTable) -> None:
-    """One kind of levels, or tests that say them."""
-    if table.force or table.amplitude or not table.compare:
-        one_kind_of_level(table.force, table.amplitude, files=True)
-    unique("force", table.force)
-    unique("amplitude", table.amplitude)
-    if not table.compare and (table.compare_force or table.columns or table.column_units or table.by is not None):
-        raise fault("compare_force, columns, column_units and by", "must go with files to compare", "none")
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,8 +122,6 @@ class ResponsePredictionPlan(PredictionPlan):
 KIND = Kind(
     ResponsePredictionPlan.of,
     {IDENTIFICATION: ResponseIdentificationTable, TABLE: ResponsePredictionTable},
-    required=(IDENTIFICATION, TABLE),
-    checks={IDENTIFICATION: free_parameters, TABLE: checked},
-    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+    without=LEVELS_AND_PEAKS,
 )
 """Files are read when the work begins."""
