@@ -1,7 +1,5 @@
 """Identification in a study: the tables [damper] and [identification], from measured loops to contact parameters."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """Mistuned disks in a study: the table [mistuned_population]."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag

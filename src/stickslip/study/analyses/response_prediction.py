@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,18 +13,13 @@ from stickslip.laboratory.identification.response.prediction import ResponsePred
 from stickslip.laboratory.identification.response.prediction_result import level_for, level_of, points_in_band
 from stickslip.laboratory.identification.response.result import ResponseIdentification
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
-from stickslip.runs.work import Arrays
-from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
 from stickslip.study.analyses.response_identification import (
     ColumnName,
-    ResponseIdentificationTable,
     measured_curves,
 )
-from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind
 from stickslip.study.fields import Column, Positive
 from stickslip.study.prediction import PredictionPlan, PredictionTable
 from stickslip.support.checks import InputError, counted, fault, unique
-from stickslip.support.late import xr
 
 
 class ResponsePredictionTable(PredictionTable):
@@ -62,12 +56,7 @@ class ResponsePredictionPlan(PredictionPlan):
     """An identification, carried out or read, and the prediction of responses from it."""
 
     table: ResponsePredictionTable
-
-    @classmethod
-    def of(cls, asked: Asked) -> ResponsePredictionPlan:
-        """The plan of a study."""
-        table = ResponsePredictionTable.model_validate(asked.tables[TABLE])
-        return cls(cls.base_of(asked, TABLE, table), table, asked.document, TABLE)
+    name, form = TABLE, ResponsePredictionTable
 
     @property
     def what(self) -> str:
@@ -75,7 +64,7 @@ class ResponsePredictionPlan(PredictionPlan):
         return counted(len(levels), "level") if levels else "the levels of the compared curves"
 
     @cached_property
-    def tests(self) -> list[MeasuredResponse]:
+    def measured(self) -> list[MeasuredResponse]:
         """The curves to compare with."""
         table, base = self.table, self.base.table
         if not table.compare:
@@ -98,13 +87,13 @@ class ResponsePredictionPlan(PredictionPlan):
         the response was held in the identification."""
         if self.table.force or self.table.amplitude:
             return list(self.table.force), list(self.table.amplitude)
-        found = list(dict.fromkeys(level_of(test, held) for test in self.tests))
+        found = list(dict.fromkeys(level_of(test, held) for test in self.measured))
         return ([], found) if held else (found, [])
 
     def check(self, held: bool, quantity: str) -> None:
         """Refuse curves to compare with that are of another quantity, or at no predicted level, or beside the band."""
         force, amplitude = self.levels(held)
-        for test in self.tests:
+        for test in self.measured:
             level_for(test, amplitude or force, bool(amplitude), quantity)
             points_in_band(test, self.band.low, self.band.high)
 
@@ -113,15 +102,5 @@ class ResponsePredictionPlan(PredictionPlan):
         force, amplitude = self.levels(str(identified.dataset.attrs["held"]) == "response")
         return ResponsePredictionWork(identified, force, amplitude=amplitude, band=self.band, **self.about_draws)
 
-    def compared(self, work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
-        """The prediction beside the measured curves."""
-        found = work.gathered(results)
-        return (found.compare(self.tests) if self.tests else found).dataset
 
-
-KIND = Kind(
-    ResponsePredictionPlan.of,
-    {IDENTIFICATION: ResponseIdentificationTable, TABLE: ResponsePredictionTable},
-    without=LEVELS_AND_PEAKS,
-)
-"""Files are read when the work begins."""
+KIND = ResponsePredictionPlan.kind()
