@@ -236,6 +236,7 @@ def export(
     from stickslip.results.quantities import other_peaks, peak_table, quantity_table
     from stickslip.results.schema import shown_table
     from stickslip.show.report.markup import presentation_of
+    from stickslip.show.report.responses import further_tables
 
     if out.suffix not in (".csv", ".mat", ".vtu"):
         raise fault("--out", "must end in .csv, .mat or .vtu", str(out))
@@ -258,7 +259,11 @@ def export(
             path: table_of({name: shown_table(make(dataset, quantity, per_force), dataset) for name, dataset in datasets.items()})
             for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table))
         }
-        files |= captioned({name: _further(dataset) for name, dataset in datasets.items()}, out)
+        further = {
+            name: {caption: shown_table(table, dataset) for caption, table in further_tables(dataset).items()}
+            for name, dataset in datasets.items()
+        }
+        files |= captioned(further, out)
         notes = dict.fromkeys(filter(None, (other_peaks(dataset, quantity) for dataset in datasets.values())))
     else:
         tables = {name: presentation_of(dataset).exported(dataset) for name, dataset in datasets.items()}
@@ -284,14 +289,6 @@ def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool
         say(f"Wrote {save_vtu(kept_shapes(dataset) if has_shapes(dataset) else {}, path)}")
     for path, dataset in nodes.items():
         say(f"Wrote {save_contacts_vtu(dataset, path)}")
-
-
-def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
-    """The tables that only some responses have, in the units of the study."""
-    from stickslip.results.schema import shown_table
-    from stickslip.show.report.responses import further_tables
-
-    return {caption: shown_table(table, dataset) for caption, table in further_tables(dataset).items()}
 
 
 def refuse_quantity(presentation: Presentation, dataset: xr.Dataset, quantity: str | None) -> None:

@@ -253,45 +253,35 @@ def _add_client(app: Dash) -> None:
 
 
 def _add_server(app: Dash, solver: Solver) -> None:
-    """Callbacks that solve."""
-
-    def answered(wanted: Wanted | None) -> Any:
-        return _answered(solver, wanted) if wanted else no_update
-
-    def detailed(clicks: int, clicked: Any, answer: Any, wanted: Wanted | None) -> Any:
-        return _detailed(solver, clicks, clicked, answer, wanted)
-
-    def performed(tab: str, wanted: Wanted | None) -> Any:
-        shown = wanted and tab == "performance" and wanted["fine"]
-        return _performed(solver, wanted) if wanted and shown else (no_update, no_update)
-
-    def saved(clicks: int, wanted: Wanted | None) -> Any:
-        return {"content": solver.study(wanted["values"]), "filename": SAVED} if wanted else no_update
-
-    def coded(clicks: int, wanted: Wanted | None) -> Any:
-        return python_of(solver, wanted["values"]) if wanted else no_update
-
-    app.callback(Output("answer", "data"), Input("wanted", "data"))(answered)
+    """Callbacks that solve; each answers with nothing before the page wants something."""
+    wanted = State("wanted", "data")
+    app.callback(Output("answer", "data"), Input("wanted", "data"))(partial(_answered, solver))
     app.callback(
         Output("details", "children"),
         Input("show", "n_clicks"),
         Input("curve", "clickData"),
         State("answer", "data"),
-        State("wanted", "data"),
+        wanted,
         prevent_initial_call=True,
-    )(detailed)
+    )(partial(_detailed, solver))
     app.callback(
         Output("performance", "figure"),
         Output("performance-message", "children"),
         Input("tabs", "value"),
         Input("wanted", "data"),
-    )(performed)
-    app.callback(Output("download", "data"), Input("save", "n_clicks"), State("wanted", "data"), prevent_initial_call=True)(saved)
-    app.callback(Output("code", "data"), Input("copy", "n_clicks"), State("wanted", "data"), prevent_initial_call=True)(coded)
+    )(partial(_performed, solver))
+    app.callback(Output("download", "data"), Input("save", "n_clicks"), wanted, prevent_initial_call=True)(
+        lambda _, now: {"content": solver.study(now["values"]), "filename": SAVED} if now else no_update
+    )
+    app.callback(Output("code", "data"), Input("copy", "n_clicks"), wanted, prevent_initial_call=True)(
+        lambda _, now: python_of(solver, now["values"]) if now else no_update
+    )
 
 
-def _answered(solver: Solver, wanted: Wanted) -> Any:
+def _answered(solver: Solver, wanted: Wanted | None) -> Any:
     """The answer to a request, or nothing where a newer one has come."""
+    if not wanted:
+        return no_update
     tab, version, fine = str(wanted["tab"]), int(wanted["version"]), bool(wanted["fine"])
     solver.ask(tab, version)
     head = {"version": version, "fine": fine}
@@ -361,8 +351,10 @@ def _graph(number: int, figure: dict[str, Any]) -> Any:
     return html.Div([graph, html.Div(steps, className="buttons")], className="moving")
 
 
-def _performed(solver: Solver, wanted: Wanted) -> Any:
-    """The performance curve round the present ratio."""
+def _performed(solver: Solver, shown: str, wanted: Wanted | None) -> Any:
+    """The performance curve round the present ratio, where its tab is shown."""
+    if not (wanted and shown == "performance" and wanted["fine"]):
+        return no_update, no_update
     try:
         problem = solver.problem(wanted["values"])
         pull = solver.performance_settings.get("pull") or max((abs(force.static) for force in problem.forces), default=0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,14 +138,6 @@ SETTLED = 1e-3
 """Estimated distance from the steady motion below which a dwell counts as long enough."""
 
 
-class Highest(NamedTuple):
-    """The highest amplitude of an output while the frequency goes one way."""
-
-    output: int
-    way: str
-    step: int
-
-
 def ways(dataset: xr.Dataset) -> list[tuple[str, Index]]:
     """The steps in runs whose frequency goes up or down, each with the step at which it turned; one step alone goes upwards."""
     rising = np.diff(dataset["frequency"].values) > 0.0
@@ -155,12 +147,12 @@ def ways(dataset: xr.Dataset) -> list[tuple[str, Index]]:
     return [("upwards" if run[0] >= rising.size or rising[run[0]] else "downwards", run) for run in runs]
 
 
-def highest(dataset: xr.Dataset) -> Iterator[Highest]:
-    """Of every output and every run."""
+def highest(dataset: xr.Dataset) -> Iterator[tuple[int, str, int]]:
+    """Output, way and step of the highest amplitude of every output in every run that goes one way."""
     amplitude = dataset["amplitude"].values
     for output in range(dataset.sizes["output"]):
         for way, run in ways(dataset):
-            yield Highest(output, way, int(run[np.argmax(amplitude[run, output])]))
+            yield output, way, int(run[np.argmax(amplitude[run, output])])
 
 
 def stepped_sentences(dataset: xr.Dataset) -> list[str]:

@@ -6,7 +6,7 @@ Parameters with intervals, the fit of each loop, test or law, warnings; predicte
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -214,10 +214,13 @@ presents(
 )
 
 
-def prediction_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """The predicted peaks, and the measured curves against what is predicted of them."""
-    found = {"predicted peaks": peak_table(dataset)}
-    return found | ({"measured against predicted": comparison_table(dataset)} if "measured" in dataset.sizes else {})
+def with_comparison(
+    answer: str, table: Callable[[xr.Dataset], pd.DataFrame], comparison: Callable[[xr.Dataset], pd.DataFrame], axis: str
+) -> Callable[[xr.Dataset], Mapping[str, pd.DataFrame]]:
+    """The tables of a prediction: the answer, and where a result has the axis of what is measured, that against it."""
+    return lambda dataset: (
+        {answer: table(dataset)} | ({"measured against predicted": comparison(dataset)} if axis in dataset.sizes else {})
+    )
 
 
 def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -230,17 +233,11 @@ presents(
     "Predicted responses",
     summary,
     {"predicted": predicted, "predicted_peaks": predicted_peaks},
-    prediction_tables,
+    with_comparison("predicted peaks", peak_table, comparison_table, "measured"),
     failures=prediction_failures,
     answer="predicted peaks",
     histories=histories,
 )
-
-
-def decay_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """Predicted frequency and damping, and the measured decays against what is predicted of them."""
-    found = {"predicted decay": decay_table(dataset)}
-    return found | ({"measured against predicted": decay_comparison_table(dataset)} if "decay" in dataset.sizes else {})
 
 
 presents(
@@ -248,7 +245,7 @@ presents(
     "Predicted decay",
     decay_summary,
     {"predicted_decay": predicted_decay},
-    decay_tables,
+    with_comparison("predicted decay", decay_table, decay_comparison_table, "decay"),
     failures=decay_failures,
     answer="predicted decay",
     histories=whole_tables,

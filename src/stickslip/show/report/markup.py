@@ -399,22 +399,17 @@ def presentation_named(analysis: str) -> Presentation:
         raise fault("The analysis of the results", f"must be one of {', '.join(sorted(known))}", analysis)
     own = known[analysis]
 
-    def sentences(dataset: xr.Dataset) -> list[str]:
-        return [type(sentence)(shown_sentence(sentence, dataset)) for sentence in own.sentences(dataset)]
+    def in_units(tables: Mapping[str, pd.DataFrame], dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+        return {caption: shown_table(table, dataset) for caption, table in tables.items()}
 
-    def failures(dataset: xr.Dataset) -> list[str]:
-        return [shown_sentence(sentence, dataset) for sentence in own.failures(dataset)]
-
-    def figures(dataset: xr.Dataset) -> Figures:
-        return {name: partial(_shown, draw) for name, draw in own.figures(dataset).items()}
-
-    def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-        return {caption: shown_table(table, dataset) for caption, table in own.tables(dataset).items()}
-
-    def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-        return {caption: shown_table(table, dataset) for caption, table in own.histories(dataset).items()}
-
-    return replace(own, sentences=sentences, failures=failures, figures=figures, tables=tables, histories=histories)
+    return replace(
+        own,
+        sentences=lambda data: [type(sentence)(shown_sentence(sentence, data)) for sentence in own.sentences(data)],
+        failures=lambda data: [shown_sentence(sentence, data) for sentence in own.failures(data)],
+        figures=lambda data: {name: partial(_shown, draw) for name, draw in own.figures(data).items()},
+        tables=lambda data: in_units(own.tables(data), data),
+        histories=lambda data: in_units(own.histories(data), data),
+    )
 
 
 def _shown(draw: Callable[[xr.Dataset], Chart | Figure], dataset: xr.Dataset) -> Chart | Figure:
