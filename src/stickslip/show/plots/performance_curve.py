@@ -137,7 +137,7 @@ def _curve(dataset: xr.Dataset, case: int, quantity: str, x: Array, scale: float
     height, style = scale * curve[quantity].values, look["style"]
     hover = {"frequency in Hz": curve["frequency"].values, "loss factor": curve["loss_factor"].values}
     layers: list[Layer] = [
-        Line(x, height, **look, hover={**hover, "contacts": [_region(value) for value in curve["region"].values]})
+        Line(x, height, **look, hover={**hover, "contacts": [region_of(value) for value in curve["region"].values]})
     ]
     share = curve["detached_amplitude_per_force"].values / curve["amplitude_per_force"].values
     if np.isfinite(share).any() and "amplitude" in quantity:
@@ -154,7 +154,8 @@ def _curve(dataset: xr.Dataset, case: int, quantity: str, x: Array, scale: float
     return layers
 
 
-def _region(number: float) -> str:
+def region_of(number: float) -> str:
+    """The name of a region, empty where there is none."""
     return REGIONS[int(number)] if np.isfinite(number) else ""
 
 
@@ -162,8 +163,8 @@ def _regions(dataset: xr.Dataset, case: int, x: Array) -> Cells:
     """The region of every point as a coloured bar."""
     regions = dataset["region"].values[case]
     edges = np.concatenate([x[:1], edges_between(x, log=True)[1:-1], x[-1:]])
-    colours = np.array([rgb(colour(_region(value))) if np.isfinite(value) else np.full(3, np.nan) for value in regions])
-    texts = [f"{_name(dataset, case)}, F_C/F_E {ratio:.4g}: {_region(value)}" for ratio, value in zip(x, regions, strict=True)]
+    colours = np.array([rgb(colour(region_of(value))) if np.isfinite(value) else np.full(3, np.nan) for value in regions])
+    texts = [f"{_name(dataset, case)}, F_C/F_E {ratio:.4g}: {region_of(value)}" for ratio, value in zip(x, regions, strict=True)]
     return Cells(edges, colours[None], [texts], float(case))
 
 

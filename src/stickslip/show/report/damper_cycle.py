@@ -134,19 +134,14 @@ def several_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "outcome": _ended(dataset),
         }
     )
-    contacts = [
-        {
-            "cycle": int(cycle),
-            "contact": str(contact),
-            "energy [µJ]": float(microjoules(dataset, dataset.friction_work.sel(cycle=cycle, contact=contact).values)),
-            **{
-                f"{kind} [%]": 100.0 * float(dataset.share.sel(cycle=cycle, contact=contact, kind=kind))
-                for kind in dataset.kind.values
-            },
-        }
-        for cycle in dataset.cycle.values
-        for contact in dataset.contact.values
-    ]
+    work = dataset.friction_work.transpose("cycle", "contact").values
+    shares = 100.0 * dataset.share.transpose("cycle", "contact", "kind").values
+    contacts = {
+        "cycle": np.repeat(dataset.cycle.values, work.shape[1]),
+        "contact": np.tile(dataset.contact.values.astype(object), len(work)),
+        "energy [µJ]": microjoules(dataset, work).ravel(),
+        **{f"{kind} [%]": shares[..., k].ravel() for k, kind in enumerate(dataset.kind.values)},
+    }
     return {"cycles": cycles, "contacts": pd.DataFrame(contacts)}
 
 

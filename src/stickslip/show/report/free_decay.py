@@ -219,20 +219,20 @@ def stepped_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     if "balance_amplitude" in dataset:
         columns["harmonic balance [m]"] = "balance_amplitude"
     columns["largest displacement [m]"] = "max_abs"
-    frequency, distance = dataset["frequency"].values, np.round(100.0 * dataset["distance"].values, 3)
-    distance = np.where(np.isfinite(distance), distance, np.nan)
-    top, every = [], []
-    for output, way, step in highest(dataset):
-        values = [float(dataset[key].values[step, output]) for key in columns.values()]
-        top.append((str(dataset["output"].values[output]), way, float(frequency[step]), *values, float(distance[step])))
-    for step, output in np.ndindex(dataset["amplitude"].shape):
-        values = [float(dataset[key].values[step, output]) for key in columns.values()]
-        every.append((str(dataset["output"].values[output]), float(frequency[step]), *values, float(distance[step])))
-    end = [*columns, "estimated distance from the steady motion [%]"]
-    return {
-        STEPPED_ANSWER: pd.DataFrame(top, columns=["output", "sweep direction", "frequency [Hz]", *end]),
-        "dwells": pd.DataFrame(every, columns=["output", "frequency [Hz]", *end]),
-    }
+    end = "estimated distance from the steady motion [%]"
+
+    def listed(step: Any, output: Any, way: Mapping[str, Any]) -> pd.DataFrame:
+        """A row for each step and output, with columns between both."""
+        distance = np.round(100.0 * dataset["distance"].values[step], 3)
+        found = {"output": dataset["output"].values.astype(object)[output], **way}
+        found |= {"frequency [Hz]": dataset["frequency"].values[step]}
+        found |= {head: dataset[name].values[step, output] for head, name in columns.items()}
+        return pd.DataFrame(found | {end: np.where(np.isfinite(distance), distance, np.nan)})
+
+    output, way, step = zip(*highest(dataset), strict=True)
+    steps, outputs = (index.ravel() for index in np.indices(dataset["amplitude"].shape))
+    top = listed(list(step), list(output), {"sweep direction": way})
+    return {STEPPED_ANSWER: top, "dwells": listed(steps, outputs, {})}
 
 
 presents(

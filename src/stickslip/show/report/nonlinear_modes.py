@@ -112,30 +112,27 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The peaks of the force levels, and the points of every mode."""
-    frames_by_caption: dict[str, pd.DataFrame] = {}
+    frames: dict[str, pd.DataFrame] = {}
+    number, outputs = dataset["mode_number"].values.astype(int), dataset["output"].values
     if _has_levels(dataset):
-        rows = []
-        for case, k in np.ndindex(dataset.sizes["case"], dataset.sizes["force_level"]):
-            at = dataset.isel(case=case, force_level=k)
-            values = [float(at[name]) for name in ("force_level", "level_frequency", "level_amplitude")]
-            rows.append((int(at["mode_number"]), *values))
-        heads = ["mode", "force level", "frequency [Hz]", f"{dataset['output'].values[0]} [m]"]
-        frames_by_caption["peaks of force levels"] = pd.DataFrame(rows, columns=heads)
-    frames = []
-    for case in range(dataset.sizes["case"]):
-        mode = dataset.isel(case=case)
-        columns = {"mode": np.full(mode.sizes["point"], int(mode["mode_number"]))}
-        columns["modal amplitude [m kg^0.5]"] = mode["modal_amplitude"].values
-        columns["frequency [Hz]"] = mode["frequency"].values
-        columns["damping ratio [%]"] = 100.0 * mode["damping_ratio"].values
-        for output, name in enumerate(dataset["output"].values):
-            columns[f"{name} [m]"] = mode["amplitude"].values[:, output]
-        columns["energy [J]"] = mode["energy"].values
-        columns["dissipated in contacts [J]"] = np.nansum(mode["dissipated"].values, axis=1)
-        columns["dissipated by viscous damping [J]"] = mode["viscous_work"].values
-        columns["force level of the peak"] = mode["peak_force_level"].values
-        frames.append(pd.DataFrame(columns)[np.isfinite(mode["frequency"].values)])
-    return frames_by_caption | {"nonlinear modes": pd.concat(frames, ignore_index=True)}
+        levels = dataset["force_level"].values
+        peaks = {"mode": np.repeat(number, levels.size), "force level": np.tile(levels, number.size)}
+        for head, name in (("frequency [Hz]", "level_frequency"), (f"{outputs[0]} [m]", "level_amplitude")):
+            peaks[head] = dataset[name].values.ravel()
+        frames["peaks of force levels"] = pd.DataFrame(peaks)
+    there = np.isfinite(dataset["frequency"].values)
+    columns = {
+        "mode": number[np.nonzero(there)[0]],
+        "modal amplitude [m kg^0.5]": dataset["modal_amplitude"].values[there],
+        "frequency [Hz]": dataset["frequency"].values[there],
+        "damping ratio [%]": 100.0 * dataset["damping_ratio"].values[there],
+        **{f"{name} [m]": dataset["amplitude"].values[there][:, k] for k, name in enumerate(outputs)},
+        "energy [J]": dataset["energy"].values[there],
+        "dissipated in contacts [J]": np.nansum(dataset["dissipated"].values[there], axis=1),
+        "dissipated by viscous damping [J]": dataset["viscous_work"].values[there],
+        "force level of the peak": dataset["peak_force_level"].values[there],
+    }
+    return frames | {"nonlinear modes": pd.DataFrame(columns)}
 
 
 def _has_levels(dataset: xr.Dataset) -> bool:
@@ -189,31 +186,27 @@ def cycle_failures(dataset: xr.Dataset) -> list[str]:
 
 def cycle_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every limit cycle, and the curve on which they lie."""
-    cycles, curves = [], []
-    for case, d, k in np.argwhere(np.isfinite(dataset["frequency"].values)):
-        one = dataset.isel(case=case, aerodynamic_damping=d, limit_cycle=k)
-        row: dict[str, object] = {
-            "mode": int(one["mode_number"]),
-            "aerodynamic damping ratio [%]": 100.0 * float(one["aerodynamic_damping"]),
-        }
-        row |= {"stable": "yes" if float(one["stable"]) else "no", "frequency [Hz]": float(one["frequency"])}
-        row |= {f"{name} [m]": float(one["amplitude"][o]) for o, name in enumerate(dataset["output"].values)}
-        row["energy [J]"] = float(one["energy"])
-        row["dissipated in contacts [J]"] = float(np.nansum(one["dissipated"].values))
-        cycles.append(row)
-    for case in range(dataset.sizes["case"]):
-        one = dataset.isel(case=case)
-        there = np.isfinite(one["curve_damping"].values)
-        columns = {"mode": np.full(int(there.sum()), int(one["mode_number"]))}
-        columns["aerodynamic damping ratio [%]"] = -100.0 * one["curve_damping"].values[there]
-        columns["dζ/d ln A [%]"] = 100.0 * one["curve_slope"].values[there]
-        columns["frequency [Hz]"] = one["curve_frequency"].values[there]
-        for output, name in enumerate(dataset["output"].values):
-            columns[f"{name} [m]"] = one["curve_amplitude"].values[there, output]
-        columns["energy [J]"] = one["curve_energy"].values[there]
-        curves.append(pd.DataFrame(columns))
-    curve = pd.concat(curves, ignore_index=True)
-    return {"limit cycles": pd.DataFrame(cycles), "limit cycles by aerodynamic damping": curve}
+    number, outputs = dataset["mode_number"].values.astype(int), dataset["output"].values
+    found, there = np.isfinite(dataset["frequency"].values), np.isfinite(dataset["curve_damping"].values)
+    case, damping, _ = np.nonzero(found)
+    cycles = {
+        "mode": number[case],
+        "aerodynamic damping ratio [%]": 100.0 * dataset["aerodynamic_damping"].values[damping],
+        "stable": np.where(dataset["stable"].values[found] != 0.0, "yes", "no"),
+        "frequency [Hz]": dataset["frequency"].values[found],
+        **{f"{name} [m]": dataset["amplitude"].values[found][:, k] for k, name in enumerate(outputs)},
+        "energy [J]": dataset["energy"].values[found],
+        "dissipated in contacts [J]": np.nansum(dataset["dissipated"].values[found], axis=1),
+    }
+    curves = {
+        "mode": number[np.nonzero(there)[0]],
+        "aerodynamic damping ratio [%]": -100.0 * dataset["curve_damping"].values[there],
+        "dζ/d ln A [%]": 100.0 * dataset["curve_slope"].values[there],
+        "frequency [Hz]": dataset["curve_frequency"].values[there],
+        **{f"{name} [m]": dataset["curve_amplitude"].values[there][:, k] for k, name in enumerate(outputs)},
+        "energy [J]": dataset["curve_energy"].values[there],
+    }
+    return {"limit cycles": pd.DataFrame(cycles), "limit cycles by aerodynamic damping": pd.DataFrame(curves)}
 
 
 presents(

@@ -12,7 +12,7 @@ from stickslip.analyses.truncation import OWN_FORCES
 from stickslip.results.schema import Row
 from stickslip.results.view import measure_in, shown_unit, size_text
 from stickslip.show.plots.paper import Figures
-from stickslip.show.plots.performance_curve import REGIONS, design_space, dissipation, performance_band, performance_curves
+from stickslip.show.plots.performance_curve import design_space, dissipation, performance_band, performance_curves, region_of
 from stickslip.show.plots.variability import tornado
 from stickslip.show.report.markup import percent, presents
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
@@ -108,25 +108,20 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 def _points(dataset: xr.Dataset) -> pd.DataFrame:
     """Every point of every curve."""
-    rows, units = [], dataset["amplitude_per_force"].attrs["units"]
-    for case, mu in enumerate(dataset["friction"].values):
-        for k, ratio in enumerate(dataset["force_ratio"].values):
-            at = dataset.isel(case=case, point=k)
-            region = float(at["region"])
-            rows.append(
-                {
-                    "friction": float(mu),
-                    "F_C/F_E": float(ratio),
-                    "frequency [Hz]": float(at["frequency"]),
-                    f"amplitude per force [{units}]": float(at["amplitude_per_force"]),
-                    "inertance [m/(s2 N)]": float(at["inertance"]),
-                    "relative to no contacts": float(at["normalised_amplitude"]),
-                    "contacts": REGIONS[int(region)] if np.isfinite(region) else "",
-                    "loss factor": float(at["loss_factor"]),
-                    f"on an isola [{units}]": float(at["detached_amplitude_per_force"]),
-                }
-            )
-    return pd.DataFrame(rows)
+    units, (cases, count) = dataset["amplitude_per_force"].attrs["units"], dataset["region"].shape
+    known = {
+        "frequency": "frequency [Hz]",
+        "amplitude_per_force": f"amplitude per force [{units}]",
+        "inertance": "inertance [m/(s2 N)]",
+        "normalised_amplitude": "relative to no contacts",
+        "region": "contacts",
+        "loss_factor": "loss factor",
+        "detached_amplitude_per_force": f"on an isola [{units}]",
+    }
+    columns = {"friction": np.repeat(dataset["friction"].values, count)}
+    columns |= {"F_C/F_E": np.tile(dataset["force_ratio"].values, cases)}
+    columns |= {head: dataset[name].values.ravel() for name, head in known.items()}
+    return pd.DataFrame(columns).assign(contacts=lambda table: [region_of(region) for region in table["contacts"]])
 
 
 FIGURES: Figures = {

@@ -68,7 +68,7 @@ from stickslip.show.report.stress import (
 )
 from stickslip.solve.balance.fourier import of_attribute
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.support.checks import counted, in_percent
+from stickslip.support.checks import Array, counted, in_percent
 from stickslip.support.late import Figure, pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -455,17 +455,16 @@ def held_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Phase resonances, and every point of every curve."""
     units, level = dataset["held_amplitude"].attrs["units"], dataset["force_level"].attrs["units"]
     force, held = f"force level [{level}]", f"{dataset.attrs['quantity']} [{units}]"
-    rows, points = [], []
-    for case, amplitude in enumerate(dataset["held_amplitude"].values.tolist()):
-        for k in np.flatnonzero(np.isfinite(dataset["resonance_frequency"].values[case])):
-            values = [float(dataset[f"resonance_{name}"].values[case, k]) for name in ("frequency", "force_level", "loss_factor")]
-            rows.append((amplitude, *values))
-        for k in np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED):
-            columns = ("frequency", "force_level", "phase", "loss_factor")
-            points.append((amplitude, *(float(dataset[name].values[case, k]) for name in columns)))
-    at_90 = pd.DataFrame(rows, columns=[held, "frequency [Hz]", force, "loss factor"])
-    curves = pd.DataFrame(points, columns=[held, "frequency [Hz]", force, "phase [degree]", "loss factor"])
-    return {HELD_ANSWER: at_90, "controlled response": curves}
+
+    def listed(there: Array, names: Mapping[str, str]) -> pd.DataFrame:
+        """A row for each case and place that is there, of variables by the heads of their columns."""
+        amplitude = dataset["held_amplitude"].values[np.nonzero(there)[0]]
+        return pd.DataFrame({held: amplitude, **{head: dataset[name].values[there] for head, name in names.items()}})
+
+    resonance = {"frequency [Hz]": "resonance_frequency", force: "resonance_force_level", "loss factor": "resonance_loss_factor"}
+    curve = {"frequency [Hz]": "frequency", force: "force_level", "phase [degree]": "phase", "loss factor": "loss_factor"}
+    at_90 = listed(np.isfinite(dataset["resonance_frequency"].values), resonance)
+    return {HELD_ANSWER: at_90, "controlled response": listed(dataset["outcome"].values == Outcome.CONVERGED, curve)}
 
 
 def held_figures(dataset: xr.Dataset) -> Figures:
