@@ -249,10 +249,10 @@ def export(
         export_shapes(datasets, out, overwrite)
         return
     if out.suffix == ".mat":
-        from stickslip.results.files import save_all_mat
+        from stickslip.results.files import save_mat
 
         refuse_existing([out], overwrite)
-        say(f"Wrote {save_all_mat(datasets, out, quantity, per_force)}")
+        say(f"Wrote {save_mat(datasets, out, quantity, per_force)}")
         return
     if all(presentation_of(dataset).responses for dataset in datasets.values()):
         files = {
