@@ -23,20 +23,7 @@ from stickslip.laboratory.identification.response.prediction_result import failu
 from stickslip.laboratory.identification.response.result import summary as response_summary
 from stickslip.laboratory.identification.response.result import times
 from stickslip.results.schema import Row, in_system, system_of
-from stickslip.show.plots.identification import (
-    held_out,
-    intervals,
-    law_loops_and_fit,
-    loops_and_fit,
-    measured_and_computed,
-    misfits,
-    over_cycles,
-    posterior,
-    predicted,
-    predicted_decay,
-    predicted_peaks,
-    residuals,
-)
+from stickslip.show.plots import identification as figures
 from stickslip.show.plots.paper import Figures
 from stickslip.show.report.markup import percent, presents
 from stickslip.support.checks import counted
@@ -114,7 +101,7 @@ PRESENTATION = presents(
     "identification",
     "Identification of contact parameters",
     sentences,
-    {"loops": loops_and_fit, "residuals": residuals, "posterior": posterior},
+    {"loops": figures.loops_and_fit, "residuals": figures.residuals, "posterior": figures.posterior},
     tables,
     answer="parameters",
 )
@@ -162,9 +149,9 @@ def _over_load(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
 
 def law_figures(dataset: xr.Dataset) -> Figures:
     """Loops and fit; with several cycles their parameters, with several laws their errors."""
-    cycles: Figures = {"cycles": over_cycles} if dataset.sizes["cycle"] > 1 else {}
-    laws: Figures = {"laws": held_out} if dataset.sizes["law"] > 1 else {}
-    return {"loops": law_loops_and_fit, **cycles, **laws}
+    cycles: Figures = {"cycles": figures.over_cycles} if dataset.sizes["cycle"] > 1 else {}
+    laws: Figures = {"laws": figures.held_out} if dataset.sizes["law"] > 1 else {}
+    return {"loops": figures.law_loops_and_fit, **cycles, **laws}
 
 
 presents("contact_law", "Law of a contact", law_sentences, law_figures, law_tables)
@@ -207,7 +194,7 @@ presents(
     "response_identification",
     "Parameters from frequency responses",
     response_summary,
-    {"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals},
+    {"measured_and_computed": figures.measured_and_computed, "misfits": figures.misfits, "intervals": figures.intervals},
     response_tables,
     failures=response_failures,
     answer="parameters",
@@ -232,7 +219,7 @@ presents(
     "response_prediction",
     "Predicted responses",
     summary,
-    {"predicted": predicted, "predicted_peaks": predicted_peaks},
+    {"predicted": figures.predicted, "predicted_peaks": figures.predicted_peaks},
     with_comparison("predicted peaks", peak_table, comparison_table, "measured"),
     failures=prediction_failures,
     answer="predicted peaks",
@@ -244,7 +231,7 @@ presents(
     "decay_prediction",
     "Predicted decay",
     decay_summary,
-    {"predicted_decay": predicted_decay},
+    {"predicted_decay": figures.predicted_decay},
     with_comparison("predicted decay", decay_table, decay_comparison_table, "decay"),
     failures=decay_failures,
     answer="predicted decay",

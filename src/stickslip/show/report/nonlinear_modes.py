@@ -8,15 +8,7 @@ import numpy as np
 
 from stickslip.analyses.modes.synthesis import SATURATION, saturated
 from stickslip.results.view import length_text, spread
-from stickslip.show.plots.nonlinear_modes import (
-    contact_states,
-    frequency_over_damping,
-    over_amplitude,
-    over_damping,
-    over_energy,
-    peaks_over_force,
-    shape,
-)
+from stickslip.show.plots import nonlinear_modes as plots
 from stickslip.show.plots.paper import Figures
 from stickslip.show.report.markup import hertz, number, percent, presents
 from stickslip.support.late import pd, xr
@@ -141,11 +133,11 @@ def _has_levels(dataset: xr.Dataset) -> bool:
 
 def figures(dataset: xr.Dataset) -> Figures:
     """Frequency and damping over amplitude and over energy, peaks of all force levels, the change of shape, what contacts do."""
-    shown: Figures = {"modes_over_amplitude": over_amplitude, "modes_over_energy": over_energy}
+    shown: Figures = {"modes_over_amplitude": plots.over_amplitude, "modes_over_energy": plots.over_energy}
     if np.isfinite(dataset["peak_force_level"].values).any():
-        shown = {**shown, "peaks_over_force": peaks_over_force}
-    shown = {**shown, "mode_shape": shape}
-    return {**shown, "contact_states": contact_states} if dataset.sizes["contact"] else shown
+        shown = {**shown, "peaks_over_force": plots.peaks_over_force}
+    shown = {**shown, "mode_shape": plots.shape}
+    return {**shown, "contact_states": plots.contact_states} if dataset.sizes["contact"] else shown
 
 
 PRESENTATION = presents("nonlinear_modes", "Nonlinear modes", sentences, figures, tables, failures=failures)
@@ -213,7 +205,7 @@ presents(
     "limit_cycles",
     "Limit cycles",
     cycle_sentences,
-    {"limit_cycles": over_damping, "limit_cycle_frequency": frequency_over_damping},
+    {"limit_cycles": plots.over_damping, "limit_cycle_frequency": plots.frequency_over_damping},
     cycle_tables,
     failures=cycle_failures,
 )
