@@ -30,7 +30,7 @@ from .model.structure.rigid_body import RigidBody as RigidBody, box_inertia as b
 
 # Loads, outputs and the problem
 from .model.loads import BaseMotion as BaseMotion, Force as Force, Output as Output
-from .model.problem.centrifugal_load import CentrifugalLoad as CentrifugalLoad, in_rotation as in_rotation
+from .model.problem.speed import CentrifugalLoad as CentrifugalLoad, in_rotation as in_rotation
 from .model.problem.load_steps import LoadStep as LoadStep, after_load_steps as after_load_steps
 from .model.problem import Problem as Problem
 from .model.problem.speed import SpeedDependence as SpeedDependence

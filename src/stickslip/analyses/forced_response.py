@@ -23,10 +23,9 @@ from stickslip.analyses.harmonic_choice import (
     sufficient_harmonics,
     without_ripples,
 )
-from stickslip.analyses.isolated import Isolated, searched, sought_unasked, take_from_modes, unsought
+from stickslip.analyses.isolated import Isolated, other_motion_warning, searched, sought_unasked, take_from_modes, unsought
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
-from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_shapes import (
     SETTLED,
     Highest,

@@ -19,8 +19,8 @@ from stickslip.model.dampers.seat import Seat
 from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
-from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.load_steps import OF_CONTACTS, LoadStep
+from stickslip.model.problem.speed import CentrifugalLoad
 from stickslip.model.readers.model import levers
 from stickslip.model.readers.numbers import DIGITS
 from stickslip.model.readers.stress_places import SAME_SPEED

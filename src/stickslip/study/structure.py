@@ -16,7 +16,7 @@ from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.interfaces.node_surface import nodes_of
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.model.problem.centrifugal_load import CentrifugalLoad, in_rotation
+from stickslip.model.problem.speed import CentrifugalLoad, in_rotation
 from stickslip.model.readers.describe import implausible
 from stickslip.model.readers.model import Content, Model, model_of
 from stickslip.model.readers.named_rows import with_names

@@ -14,7 +14,7 @@ from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import Contact
 from stickslip.model.loads import BaseMotion
 from stickslip.model.problem import Problem
-from stickslip.model.problem.centrifugal_load import CentrifugalLoad
+from stickslip.model.problem.speed import CentrifugalLoad
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.linear_response import linear_peak
 from stickslip.support.checks import InputError, fault, not_negative, positive

@@ -14,8 +14,7 @@ from scipy import linalg
 
 from stickslip.model.contact.point import Contact, Start, contact_table, stuck_stiffness
 from stickslip.model.loads import BaseMotion, Force, Output
-from stickslip.model.problem.centrifugal_load import inertia_along
-from stickslip.model.problem.speed import SpeedDependence
+from stickslip.model.problem.speed import SpeedDependence, inertia_along
 from stickslip.model.problem.systems import HarmonicSystems, loose_motions
 from stickslip.model.problem.truncation import truncated
 from stickslip.model.problem.warnings import warnings_of
