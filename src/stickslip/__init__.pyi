@@ -26,7 +26,7 @@ from .model.structure.matrices import (
 from .model.readers.stress_places import StrainGauge as StrainGauge
 from .model.structure.stress import FatigueLimit as FatigueLimit
 from .model.structure.matrices import Structure as Structure
-from .model.structure.rigid_body import RigidBody as RigidBody, box_inertia as box_inertia
+from .model.structure.assembly import RigidBody as RigidBody, box_inertia as box_inertia
 
 # Loads, outputs and the problem
 from .model.loads import BaseMotion as BaseMotion, Force as Force, Output as Output

@@ -15,7 +15,7 @@ from readers.test_hostile import archive, bomb
 from scipy import sparse
 
 import stickslip as ss
-from stickslip.model.readers import ansys, matrix_market, nastran_dmig, nastran_op4, process
+from stickslip.model.readers import ansys, matrix_market, nastran_deck, nastran_op4, process
 from stickslip.support.checks import InputError
 
 pytestmark = [pytest.mark.filterwarnings("ignore::UserWarning"), pytest.mark.filterwarnings("ignore::DeprecationWarning")]
@@ -209,13 +209,13 @@ def test_lost_commas_and_stray_lines_of_dmig(before, after, said, chain, tmp_pat
     assert before in path.read_text()
     path.write_text(path.read_text().replace(before, after, 1))
     with pytest.raises(InputError, match=said):
-        nastran_dmig.read(path)
+        nastran_deck.read(path)
 
 
 def test_columns_that_a_header_of_dmig_names_and_the_file_lacks(chain, tmp_path):
     path = chain.save(tmp_path, "dmig_free")
     path.write_text(path.read_text().replace("DMIG,KAA,6,1,,6,1,294737.0\n", ""))
-    assert "DMIG KAA holds 5 columns of the 6 that its header names." in nastran_dmig.read(path).notes
+    assert "DMIG KAA holds 5 columns of the 6 that its header names." in nastran_deck.read(path).notes
 
 
 def test_places_of_stiffness_and_mass_of_calculix(tmp_path):

@@ -24,10 +24,9 @@ from stickslip.model.problem.speed import CentrifugalLoad
 from stickslip.model.readers.model import levers
 from stickslip.model.readers.numbers import DIGITS
 from stickslip.model.readers.stress_places import SAME_SPEED
-from stickslip.model.structure.assembly import Spring
+from stickslip.model.structure.assembly import RigidBody, Spring
 from stickslip.model.structure.centrifugal import RotationAxis
 from stickslip.model.structure.matrices import Damping, Dashpot, ModalDamping, RayleighDamping, nearest_dof, of_single_nodes
-from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.study.contacts import ContactTable, FrictionTable, StartTable, start_rules
 from stickslip.study.faults import parsed
 from stickslip.study.fields import DENSITY, LENGTH, MASS, Units, in_si, scaled

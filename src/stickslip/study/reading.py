@@ -21,8 +21,7 @@ from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.problem.truncation import REACH
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
-from stickslip.model.structure.matrices import ModalDamping
-from stickslip.model.structure.sparse import SparseStructure
+from stickslip.model.structure.matrices import ModalDamping, SparseStructure
 from stickslip.results.schema import sentence_in
 from stickslip.solve.balance.fourier import harmonics_for, highest
 from stickslip.study import build

@@ -34,13 +34,12 @@ from stickslip.model.readers.stress_places import (
     stress_rows_of,
 )
 from stickslip.model.structure.aerodynamics import Aerodynamics
-from stickslip.model.structure.assembly import assemble
+from stickslip.model.structure.assembly import RigidBody, assemble
 from stickslip.model.structure.centrifugal import RotationAxis, coriolis, softening
 from stickslip.model.structure.complete_modes import lowest_modes
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.modes import rigid_motions
-from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.results.schema import in_system
 from stickslip.study import build
 from stickslip.study.faults import WARNING, Found

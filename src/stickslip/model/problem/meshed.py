@@ -12,7 +12,7 @@ from stickslip.model.problem.at_rest import Rest
 from stickslip.model.problem.problem import Mesh, Problem
 from stickslip.model.problem.speed import CentrifugalLoad
 from stickslip.model.problem.truncation import REACH
-from stickslip.model.structure.sparse import Report, SparseStructure
+from stickslip.model.structure.matrices import Report, SparseStructure
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE, StuckMesh, quiet
 from stickslip.support.checks import Array, counted
 

@@ -10,8 +10,8 @@ from stickslip.model.readers.deck import ALONG
 from stickslip.model.readers.model import Model
 from stickslip.model.structure.complete_modes import DENSE_SIZE, LowestModes, lowest_modes
 from stickslip.model.structure.factor import Factor, Singular
+from stickslip.model.structure.matrices import Sparse
 from stickslip.model.structure.modes import rigid_motions
-from stickslip.model.structure.sparse import Sparse
 from stickslip.support.checks import SMALLEST, Array, counted
 
 LIGHTEST, DENSEST = 20.0, 25e3

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from stickslip.model.readers.model import Content, dof
 from stickslip.model.readers.numbers import compressed_columns, fixed_words, number_lines, rows_with_entries, whole, within_memory
-from stickslip.model.structure.sparse import both_triangles
+from stickslip.model.structure.matrices import both_triangles
 from stickslip.support.checks import counted, fault
 
 FORMAT = re.compile(r"\((?:\d*P,?)?(\d*)([IEDFG])(\d+)(?:\.\d+)?(?:E\d+)?\)")

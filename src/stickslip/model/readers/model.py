@@ -17,9 +17,8 @@ from scipy import sparse
 from stickslip.model.readers.deck import NodeAxes, along_model
 from stickslip.model.readers.input_cards import Solids
 from stickslip.model.readers.numbers import rows_with_entries
-from stickslip.model.structure.matrices import Point, check_names, freedoms
+from stickslip.model.structure.matrices import Point, Sparse, check_names, freedoms, square_sparse, symmetric_sparse
 from stickslip.model.structure.mesh_surface import Cells, outer_faces, thinned, triangulated
-from stickslip.model.structure.sparse import Sparse, square_sparse, symmetric_sparse
 from stickslip.support.checks import SMALLEST, Array, Faults, Index, InputError, counted, fault, finite, first_of, nearest
 from stickslip.support.units import UnitSystem
 

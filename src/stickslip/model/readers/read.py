@@ -21,7 +21,7 @@ from stickslip.model.readers import (
     harwell_boeing,
     matlab,
     matrix_market,
-    nastran_dmig,
+    nastran_deck,
     nastran_op4,
     numpy_archive,
 )
@@ -32,8 +32,7 @@ from stickslip.model.readers.numbers import refuse_packed
 from stickslip.model.readers.reduction import Progress, quiet, structure_of
 from stickslip.model.readers.stress_places import Keep, StrainGauge, Where, places_of, stress_rows_of
 from stickslip.model.structure.centrifugal import AxisLike, RotationAxis
-from stickslip.model.structure.matrices import Damping, Structure
-from stickslip.model.structure.sparse import square_sparse
+from stickslip.model.structure.matrices import Damping, Structure, square_sparse
 from stickslip.support.checks import InputError, fault, not_negative, several, similar_file, truth
 from stickslip.support.units import UnitSystem, unit_system
 
@@ -58,7 +57,7 @@ FORMATS = (
     Format("Matrix Market", (".mtx", ".mm"), matrix_market.read, matrix_market.START),
     Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb", ".matrix"), harwell_boeing.read),
     Format("Nastran OUTPUT4", (".op4",), nastran_op4.read),
-    Format("Nastran DMIG", (".pch", ".dmig", ".bdf"), nastran_dmig.read),
+    Format("Nastran DMIG", (".pch", ".dmig", ".bdf"), nastran_deck.read),
     Format("Ansys .full file", (".full",), ansys.read),
     Format("CalculiX run", (".sti", ".mas", ".dof", ".inp"), calculix.read),
 )

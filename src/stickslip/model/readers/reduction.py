@@ -29,10 +29,9 @@ from stickslip.model.readers.stress_places import (
 from stickslip.model.structure.centrifugal import CentrifugalLoads, RotationAxis
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic_reduction import craig_bampton, mode_names
-from stickslip.model.structure.matrices import Damping, Point, Structure
+from stickslip.model.structure.matrices import Damping, Point, SparseStructure, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface, recovery_rows, selection
 from stickslip.model.structure.modes import rigid_motions, without_resistance
-from stickslip.model.structure.sparse import SparseStructure
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.files import only_own_files, write_arrays

@@ -43,10 +43,9 @@ from stickslip.model.structure.cyclic_reduction import (
     shared_modes,
     shared_waves,
 )
-from stickslip.model.structure.matrices import Damping
+from stickslip.model.structure.matrices import Damping, Sparse
 from stickslip.model.structure.modes import natural_modes
 from stickslip.model.structure.solid import Solid
-from stickslip.model.structure.sparse import Sparse
 from stickslip.support.checks import Array, Index, InputError, between, counted, fault, first_of, nearest, not_negative
 from stickslip.support.units import UnitSystem, unit_system
 

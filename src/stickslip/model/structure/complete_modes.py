@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.model.structure.factor import Pencil, Singular
+from stickslip.model.structure.matrices import Sparse
 from stickslip.model.structure.modes import MASSLESS, ROUNDING, modes_as_solved, unresisted
-from stickslip.model.structure.sparse import Sparse
 from stickslip.support.checks import SMALLEST, Array
 
 BLOCK = 8

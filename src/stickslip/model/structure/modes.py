@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.structure.sparse import Sparse
+from stickslip.model.structure.matrices import Sparse
 from stickslip.support.checks import SMALLEST, Array, is_definite
 
 ROUNDING = 64.0 * float(np.finfo(float).eps)
