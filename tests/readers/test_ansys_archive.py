@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.model.readers.ansys import ARCHIVE_COMMANDS, nodal_axes, read_archive
+from stickslip.model.readers.ansys_deck import ARCHIVE_COMMANDS, nodal_axes, read_archive
 from stickslip.support.checks import InputError
 
 BLOCK = "NBLOCK,6,SOLID\n(3i8,6e20.13)\n" + "".join(

@@ -9,7 +9,7 @@ import pytest
 import stickslip as ss
 from stickslip.laboratory.measurement.number_table import text_table
 from stickslip.laboratory.measurement.records import read_record
-from stickslip.model.readers.ansys import read_archive
+from stickslip.model.readers.ansys_deck import read_archive
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.nastran_deck import read_grid
 from stickslip.model.readers.numbers import number_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.model.readers.ansys import read_archive
+from stickslip.model.readers.ansys_deck import read_archive
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.nastran_deck import read_grid
 

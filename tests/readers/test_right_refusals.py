@@ -6,7 +6,7 @@ from scipy import io
 from scipy.io.matlab import MatlabObject
 
 import stickslip as ss
-from stickslip.model.readers.ansys import read_archive
+from stickslip.model.readers.ansys_deck import read_archive
 from stickslip.model.readers.nastran_deck import read_grid
 from stickslip.support.checks import InputError
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.model.readers.ansys import read_archive
+from stickslip.model.readers.ansys_deck import read_archive
 from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.model import DIRECTIONS, Content, located, located_once
