@@ -42,12 +42,12 @@ from .model.contact.dahl import Dahl as Dahl
 from .model.contact.law import LoadDependentFriction as LoadDependentFriction
 from .model.contact.friction_disc import FrictionDisc as FrictionDisc
 from .model.contact.cubic import Gap as Gap
-from .model.contact.iwan import Iwan as Iwan
+from .model.contact.microslip import Iwan as Iwan
 from .model.contact.lugre import LuGre as LuGre
 from .model.contact.macroslip import Macroslip as Macroslip
 from .model.contact.microslip import MicroslipArray as MicroslipArray
 from .model.contact.point import Contact as Contact, between as between
-from .model.contact.iwan import FourParameter as FourParameter, Hertz as Hertz, Parabolic as Parabolic
+from .model.contact.microslip import FourParameter as FourParameter, Hertz as Hertz, Parabolic as Parabolic
 from .model.contact.point import MeanTraction as MeanTraction, SliderOffset as SliderOffset, TractionRatio as TractionRatio
 from .model.contact.stiffness import (
     LineContact as LineContact,
@@ -89,7 +89,7 @@ from .analyses.sensitivity import Parameter as Parameter, Sensitivity as Sensiti
 
 # Response variability
 from .analyses.variability.bounds import ResponseBounds as ResponseBounds, response_bounds as response_bounds
-from .analyses.variability.history import ResponseHistory as ResponseHistory, response_history as response_history
+from .analyses.variability.samples import ResponseHistory as ResponseHistory, response_history as response_history
 from .analyses.variability.samples import ResponseSamples as ResponseSamples, response_samples as response_samples
 
 # Damper performance and design

@@ -31,8 +31,7 @@ from stickslip.show.report.sections import peaks
 from stickslip.show.report.stress import largest_stresses
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, quantity_named
-from stickslip.solve.curves.curve import solve_curve
-from stickslip.solve.curves.refine import refined
+from stickslip.solve.curves.curve import refined, solve_curve
 from stickslip.solve.peaks.search import PeakSearch
 
 LOW, HIGH, LEVEL = 1.0, 1.3, 0.05

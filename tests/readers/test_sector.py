@@ -11,8 +11,7 @@ from scipy import linalg, sparse
 import stickslip as ss
 from stickslip.analyses.speed.models import Turning
 from stickslip.model.readers.read import read_model
-from stickslip.model.readers.sector import Faces, sector_of_model
-from stickslip.model.readers.sector_faces import _weights
+from stickslip.model.readers.sector import Faces, _weights, sector_of_model
 from stickslip.model.readers.stress_places import prestress_note, spin_softening
 from stickslip.model.rigs.octopus_blisk import BliskSector
 from stickslip.model.structure.centrifugal import RotationAxis

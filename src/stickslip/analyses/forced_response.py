@@ -98,8 +98,7 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import Harmonics, attribute, fourier, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.curves.curve import Curve, CurveStopped, refuse_hidden, solve_curve, stopped_curve
-from stickslip.solve.curves.refine import refined
+from stickslip.solve.curves.curve import Curve, CurveStopped, refined, refuse_hidden, solve_curve, stopped_curve
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.time.period import DEFAULT_METHOD, Method
 from stickslip.support.checks import InputError, between, fault, of_kind

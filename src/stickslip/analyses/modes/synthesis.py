@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.solve.balance.extended_structure import extended_gains_called
 from stickslip.solve.balance.mode_balance import ModalStructures
+from stickslip.solve.balance.mode_iteration import extended_gains_called
 from stickslip.support.checks import Array, fault, several
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome

@@ -19,8 +19,15 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, no_resonance, resonance_band
-from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Pull
+from stickslip.analyses.performance.work import (
+    OPTIMUM,
+    PerformanceWork,
+    Pull,
+    centrifugal_pull,
+    excitation,
+    no_resonance,
+    resonance_band,
+)
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,

@@ -16,7 +16,7 @@ from typing import Annotated, Any, Protocol
 import numpy as np
 
 from stickslip.analyses.forced_response import compile_forced_response
-from stickslip.analyses.performance.scaled_problem import no_resonance
+from stickslip.analyses.performance.work import no_resonance
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,

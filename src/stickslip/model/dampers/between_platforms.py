@@ -20,10 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.contact.dahl import Dahl
-from stickslip.model.contact.iwan import Iwan
 from stickslip.model.contact.law import Friction, Law, LoadDependentFriction
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.microslip import Iwan, MicroslipArray
 from stickslip.model.contact.point import Contact, ContactTable, Direction, contact_table
 from stickslip.model.dampers.damper import ContactSurface, Damper
 from stickslip.support import checks

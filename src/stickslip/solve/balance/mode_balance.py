@@ -21,7 +21,6 @@ from stickslip.model.problem.systems import LinearSystem
 from stickslip.solve.balance import newton_parts
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point, constant_size
 from stickslip.solve.balance.energy import cycle_work
-from stickslip.solve.balance.extended_structure import ExtendedStructure, coordinates_called, coordinates_slope
 from stickslip.solve.balance.fourier import (
     Harmonics,
     columns_of,
@@ -33,7 +32,7 @@ from stickslip.solve.balance.fourier import (
     real_harmonics,
 )
 from stickslip.solve.balance.linear_part import is_diagonal, stuck_modes
-from stickslip.solve.balance.mode_iteration import ModeSystem
+from stickslip.solve.balance.mode_iteration import ExtendedStructure, ModeSystem, coordinates_called, coordinates_slope
 from stickslip.solve.balance.system import FREE
 from stickslip.support.checks import Array, Index, fault
 

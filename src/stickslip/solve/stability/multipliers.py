@@ -14,8 +14,7 @@ from stickslip.model.problem.systems import lasting_stiffness
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
 from stickslip.solve.balance.linear_part import states
 from stickslip.solve.stability.contact_path import contact_path
-from stickslip.solve.stability.modes import BlockModes, block_modes
-from stickslip.solve.stability.period_map import Path, period_map
+from stickslip.solve.stability.period_map import BlockModes, Path, block_modes, period_map
 from stickslip.support.checks import Array, Index, InputError
 
 STEPS = 32
