@@ -22,7 +22,7 @@ from stickslip.support.files import WrittenFiles, only_own_files, refuse_obstacl
 from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
-    from stickslip.model.readers.describe import Description
+    from stickslip.model.readers.model import Description
     from stickslip.show.report.markup import Presentation
     from stickslip.study import Job
 

@@ -25,8 +25,7 @@ from stickslip.model.readers import (
     nastran_op4,
     numpy_archive,
 )
-from stickslip.model.readers.describe import implausible
-from stickslip.model.readers.model import NEEDED, SYNONYMS, Content, Model, chosen, model_of
+from stickslip.model.readers.model import NEEDED, SYNONYMS, Content, Model, chosen, implausible, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.numbers import refuse_packed
 from stickslip.model.readers.reduction import Progress, quiet, structure_of

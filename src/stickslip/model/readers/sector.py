@@ -34,7 +34,6 @@ from stickslip.model.readers.reduction import (
     to_cache,
 )
 from stickslip.model.structure.centrifugal import Z_AXIS, AxisLike, CentrifugalLoads, RotationAxis
-from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
 from stickslip.model.structure.cyclic_reduction import (
     MATCH,
@@ -50,7 +49,7 @@ from stickslip.model.structure.cyclic_reduction import (
     spacing,
 )
 from stickslip.model.structure.matrices import Damping, Sparse
-from stickslip.model.structure.modes import natural_modes
+from stickslip.model.structure.modes import ModeCount, natural_modes
 from stickslip.model.structure.solid import Solid
 from stickslip.support.checks import Array, Index, InputError, between, counted, fault, first_of, nearest, not_negative
 from stickslip.support.units import UnitSystem, unit_system

@@ -7,18 +7,21 @@ from numba import boolean, float64, typeof, types
 from numpy.typing import NDArray
 
 from stickslip.solve.balance.contact_forces import contact_forces
-from stickslip.solve.balance.modal_matrix import factorised_on_states, places, solve_on_states, takes_states
 from stickslip.solve.balance.newton_matrix import (
+    factorised_on_states,
     lu_factor,
     lu_solve,
     moved_rows,
     newton_matrix,
     orientation,
+    places,
     pull,
     push,
     pushed_by,
+    solve_on_states,
     spread,
     subtract,
+    takes_states,
     unknown_entries,
 )
 from stickslip.solve.balance.receptance import (
