@@ -8,7 +8,7 @@ from . import units as units
 from .model.readers.read import read_model as read_model, read_structure as read_structure
 from .model.readers.sector import read_sector as read_sector, read_sector_at_speeds as read_sector_at_speeds
 from .model.interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as mean_motion
-from .model.interfaces.surface_contacts import surface_contacts as surface_contacts
+from .model.interfaces.node_surface import surface_contacts as surface_contacts
 from .model.structure.aerodynamics import Aerodynamics as Aerodynamics, BladeMode as BladeMode, blade_alone as blade_alone
 from .model.structure.assembly import Spring as Spring, assemble as assemble
 from .model.structure.cyclic import (

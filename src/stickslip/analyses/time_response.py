@@ -234,7 +234,7 @@ class TimeCheck:
         worst = self._worst
         steps = self.time.dataset.attrs["steps_per_period"] // self.excitation_periods
         return (
-            f"harmonic balance with {self._harmonics} and time integration with {steps} steps a period differ by "
+            f"harmonic balance with {in_words(self.harmonics)} and time integration with {steps} steps a period differ by "
             f"{abs(float(self.amplitude_difference[worst])):.1e} in the first harmonic and by "
             f"{float(self.period_difference[worst]):.1e} over the period ({self._output}, the worst output).{self._steps_halved}"
         )
@@ -253,8 +253,8 @@ class TimeCheck:
         worst = self._worst
         growth = abs(self.multiplier) if np.isfinite(self.multiplier) else self.time.cycle.growth
         return (
-            f"harmonic balance with {self._harmonics} gives a periodic motion, which the first period in time repeats within "
-            f"{float(self.first_period_difference[worst]):.1e}, but not a stable one: departures grow by a factor of "
+            f"harmonic balance with {in_words(self.harmonics)} gives a periodic motion, which the first period in time repeats "
+            f"within {float(self.first_period_difference[worst]):.1e}, but not a stable one: departures grow by a factor of "
             f"{growth:.3g} a period, and the motion ends {float(self.period_difference[worst]):.1e} away "
             f"({self._output}, the worst output)."
         )
@@ -271,10 +271,6 @@ class TimeCheck:
     @property
     def _output(self) -> str:
         return str(self.time.problem.output_names[self._worst])
-
-    @property
-    def _harmonics(self) -> str:
-        return in_words(self.harmonics)
 
     def __str__(self) -> str:
         return self.sentence

@@ -28,7 +28,7 @@ from stickslip.analyses.motion import (
 )
 from stickslip.analyses.settings import OfKind, Seed, Setting, Settings, Whole, takes
 from stickslip.analyses.time_response import harmonics_of
-from stickslip.model.contact.law import Friction, LoadDependentFriction
+from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.contact.protocol import OPEN, SLIP_DOWN, SLIP_UP, STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion, jamming
 from stickslip.results.schema import Result, named
@@ -55,6 +55,7 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
     """Everything about the last cycle."""
     variables = _platforms(rig, model, march) | _contact_forces(model, march) | _contact_motions(rig, model, march)
     variables |= _states(model, march) | _energies(model, march) | _section(rig)
+    mus = [getattr(law, "mu", np.nan) for law in rig.laws]  # NaN of one that depends on the load
     return xr.Dataset(
         {name: named(dims, values, words, units) for name, (dims, values, units, words) in variables.items()},
         coords={
@@ -71,17 +72,12 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
             "pull": float(np.hypot(*np.asarray(rig.damper.pull)[:2])),
             "method": repr(marching.method) if marching.method else "quasi-static",
             "frequency": marching.frequency,
-            "friction": [_constant(getattr(law, "mu", np.nan)) for law in rig.laws],
+            "friction": [np.nan if isinstance(mu, LoadDependentFriction) else float(mu) for mu in mus],
             "cycles": march.cycles,
             "outcome": march.outcome.name.lower(),
             "message": sentence,
         },
     )
-
-
-def _constant(mu: Friction) -> float:
-    """A coefficient, NaN of one that depends on the load."""
-    return np.nan if isinstance(mu, LoadDependentFriction) else float(mu)
 
 
 def _section(rig: BetweenPlatforms) -> Variables:

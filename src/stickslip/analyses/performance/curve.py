@@ -209,21 +209,14 @@ class BandSettings(Sampled, MeasuredOutput, Execution):
         own = centrifugal_pull(self.problem) if self.pull is None else self.pull
         unit = excitation(self.problem)
         balance = HarmonicBalance(self.problem, self.harmonics, self.samples)
+        shared = ("output", "measure", "cloud", "starts", "rule", "share", "seed", "harmonics", "samples")
         return BoundsWork(
             self.problem,
             self.band or resonance_band(balance, self.output),
             [own / (ratio * unit) for ratio in self.ratios],
             "peak",
-            output=self.output,
             quantity=self.measured.quantity.name,
-            measure=self.measure,
-            cloud=self.cloud,
-            starts=self.starts,
-            rule=self.rule,
-            share=self.share,
-            seed=self.seed,
-            harmonics=self.harmonics,
-            samples=self.samples,
+            **{name: getattr(self, name) for name in shared},
         )
 
 

@@ -246,7 +246,6 @@ def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
     first = {**first, "middle": shown * first["middle"], "ends": shown * first["ends"]}
     cpu_seconds = sum(float(result["cpu_seconds"]) for result in results)
     drawn = shown * drawn
-
     middle = work.problem(np.mean(work.box, axis=1))
     units = f"{work.measured.reported_units(levels_are_newtons(middle))} and Hz"
     both, (low, high), ends = ("parameter", "quantity"), np.array(work.box).T, first["ends"]

@@ -18,7 +18,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Annotated, Any, Literal, Protocol, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +56,7 @@ from stickslip.solve.starts.extremes import (
     AtPeak,
     Effort,
     Extreme,
-    StartObjective,
+    Place,
     extreme,
     leapt,
     loss_factor,
@@ -85,20 +85,6 @@ MOST_UNSOLVED = 0.5
 """Where more than this share of the sampled start states has no solution there are no bounds: the rest are a biased few."""
 
 
-class Searched(StartObjective, Protocol):
-    """A place where start states are sampled too."""
-
-    @property
-    def solves(self) -> int:
-        """Solutions computed so far."""
-
-    def sample(self, variables: Array) -> Extreme:
-        """What a start state gives, whatever is known of others; raises `UnsolvedError`."""
-
-    def confirmed(self, found: Extreme, sign: float) -> Extreme | None:
-        """What the start state found gives by itself, for the largest (sign 1) or smallest value; None where unknown."""
-
-
 class BoundsSearch:
     """The search at neighbouring places, which hand their optima on to each other.
 
@@ -107,7 +93,7 @@ class BoundsSearch:
     """
 
     def __init__(
-        self, places: Sequence[Searched], cloud: Array, starts: int, effort: Effort | None, seed: int, falling: bool = False
+        self, places: Sequence[Place], cloud: Array, starts: int, effort: Effort | None, seed: int, falling: bool = False
     ) -> None:
         self.places, self.cloud, self.starts, self.effort, self.falling = places, cloud, starts, effort, falling
         self.rng = np.random.default_rng(seed)
@@ -158,7 +144,7 @@ class BoundsSearch:
         leap = leapt(place, toward, best, self.rng, self.effort)
         return best if leap is best else _best(toward, best, place.confirmed(leap, toward))
 
-    def _confirmed(self, place: Searched, toward: float, begin: Array) -> Extreme | None:
+    def _confirmed(self, place: Place, toward: float, begin: Array) -> Extreme | None:
         """What the search from a start state finds: where the peak that it followed is not the highest one in the end, the search
         goes on with that."""
         best: Extreme | None = None
@@ -329,7 +315,7 @@ class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
     def search(self, case: int) -> BoundsSearch:
         """The search of one case, before it runs."""
         levels, frequencies = self.cases[case]
-        places: list[AtPeak] | list[AtFrequency]
+        places: Sequence[Place]
         if self.objective == "peak":
             ends = (2.0 * np.pi * frequencies[0], 2.0 * np.pi * frequencies[1])
             places = [

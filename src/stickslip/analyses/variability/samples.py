@@ -10,6 +10,7 @@ A loading history as it is run: a sequence of force levels that carries the slid
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property, partial
@@ -26,6 +27,7 @@ from stickslip.analyses.settings import (
     Measured,
     OneBalance,
     OneOf,
+    OverBand,
     ProblemWithShapes,
     Rule,
     Sampled,
@@ -186,7 +188,9 @@ def percentiles(dataset: xr.Dataset, percent: Sequence[float] = PERCENT, output:
     levels, wanted = np.unique(dataset["force_level"].values), dataset["wanted"].values
     amplitude = np.stack([_at(dataset, frequency, output) for frequency in wanted], axis=1)
     cases = [dataset["force_level"].values == level for level in levels]
-    table = np.stack([_percentiles(amplitude[which], percent) for which in cases])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of a frequency at which no start state was solved
+        table = np.stack([np.nanpercentile(amplitude[which], percent, axis=0) for which in cases])
     solved = np.stack([np.isfinite(amplitude[which]).sum(axis=0) for which in cases])
     coords = {"force_level": levels, "percent": list(percent), "frequency": wanted}
     coords["solved"] = (("force_level", "frequency"), solved)
@@ -207,15 +211,6 @@ def _at(dataset: xr.Dataset, frequency: float, output: int) -> Array:
         if near.any():
             largest[case] = np.max(sizes(dataset, case, output, measure, np.flatnonzero(near)))
     return largest
-
-
-def _percentiles(amplitude: Array, percent: Sequence[float]) -> Array:
-    """Of solved start states at each frequency, (percent, frequency)."""
-    found = np.full((len(percent), amplitude.shape[1]), np.nan)
-    for k, column in enumerate(amplitude.T):
-        solved = column[np.isfinite(column)]
-        found[:, k] = np.percentile(solved, percent) if solved.size else np.nan
-    return found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -251,7 +246,7 @@ def _starts(name: str, starts: Any) -> int | Array:
 
 
 @dataclass(frozen=True, eq=False)
-class SamplesWork(OneBalance, Sampled, Measured, Execution):
+class SamplesWork(OneBalance, OverBand, Sampled, Measured, Execution):
     """Samples as independent cases, one force level and start state each."""
 
     problem: ProblemWithShapes
@@ -279,16 +274,6 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
     @property
     def levels(self) -> tuple[float, ...]:
         return force_levels(self.force)
-
-    @property
-    def frequencies(self) -> tuple[float, ...]:
-        """In Hz, in the order of travel."""
-        return (self.band.start, self.band.stop) if isinstance(self.band, Band) else tuple(self.band)
-
-    @property
-    def exactly(self) -> bool:
-        """Whether only these frequencies are wanted."""
-        return not isinstance(self.band, Band)
 
     @property
     def size(self) -> int:
@@ -335,7 +320,7 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
         started = time.process_time()
         level, start = self.cases[case]
         space, virgin = self.explored_at(level)
-        where = (self.frequencies, level, self.exactly)
+        where = (self.frequencies, level, self.listed)
         curve = start_curve(self.balance, space, self.variables[start], *where, report, self.measured, virgin)
         arrays = curve_arrays(self.balance, through_peaks(curve))
         if self.problem.mesh is not None:
@@ -367,7 +352,7 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
         if self.problem.mesh is not None:
             errors = np.array([curve["modal_error"] for curve in curves])
             dataset["modal_error"] = ("case", "output"), errors, OWN_FORCES.attributes
-        return ResponseSamples(dataset.assign(wanted=list(self.frequencies)) if self.exactly else dataset, self.problem)
+        return ResponseSamples(dataset.assign(wanted=list(self.frequencies)) if self.listed else dataset, self.problem)
 
 
 @renamed_arguments(finished="checkpoint")

@@ -272,7 +272,11 @@ class Law(ABC):
     def share(self, fraction: float) -> Self:
         """The law of a point that carries this fraction of the surface: stiffnesses and loads times it, all else as it is."""
         whole = {name: getattr(self, name) for name in self.extensive if hasattr(self, name)}
-        changed = {name: _times(fraction, value) for name, value in whole.items() if value is not None}
+        changed = {
+            name: tuple(fraction * each for each in value) if np.ndim(value) else fraction * value
+            for name, value in whole.items()
+            if value is not None
+        }
         if hasattr(self, "mu"):
             changed["mu"] = share_of(self.mu, fraction)
         return replace(self, **changed)  # type: ignore[type-var]
@@ -322,11 +326,6 @@ class Law(ABC):
     @abstractmethod
     def has_normal(self) -> bool:
         """Whether the law needs a normal direction (a varying normal load)."""
-
-
-def _times(fraction: float, value: Any) -> Any:
-    """A number, or each of several, times a fraction."""
-    return tuple(fraction * each for each in value) if np.ndim(value) else fraction * value
 
 
 @dataclass(frozen=True)

@@ -342,9 +342,5 @@ def _slope_and_cone(rig: BetweenPlatforms, side: str) -> tuple[float, float]:
     points = [(point, law) for point, law in zip(rig.points, rig.laws, strict=True) if point.side == side]
     normal = points[0][0].normal
     slope = degrees(np.arctan2(abs(normal[0]), abs(normal[1])))
-    return slope, degrees(atan(min(_under_any_load(getattr(law, "mu", 0.0)) for _, law in points)))
-
-
-def _under_any_load(mu: Friction) -> float:
-    """The coefficient under a load as large as it takes to jam."""
-    return mu.values[-1] if isinstance(mu, LoadDependentFriction) else float(mu)
+    mus = [getattr(law, "mu", 0.0) for _, law in points]  # under a load as large as it takes to jam
+    return slope, degrees(atan(min(mu.values[-1] if isinstance(mu, LoadDependentFriction) else float(mu) for mu in mus)))
