@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.further_curves import SolvedCurve, passes
-from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.response_dataset import ContactRows, of_parts
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
@@ -92,15 +92,15 @@ class ModeMotions:
         good = np.flatnonzero(np.isfinite(modes["frequency"].values[case]))
         chosen = modes.isel(case=case, point=good)
         carried, moved = (
-            np.array([rows.collected(each) for each in _complex(chosen[name])]).reshape(good.size, balance.rows, -1)
+            np.array([rows.collected(each) for each in of_parts(chosen[name].values)]).reshape(good.size, balance.rows, -1)
             for name in ("contact_force", "contact_motion")
         )
-        motion = np.concatenate([moved, _complex(chosen["response"])], axis=1)
+        motion = np.concatenate([moved, of_parts(chosen["response"].values)], axis=1)
         force = carried - balance.stiffness[:, None] * moved
         load = balance.problem.load_powers(max(h for each in balance.problem.forces for h in each.factors))[0]
         first = balance.first
         driven = load[:, first.start] - 1j * load[:, first.start + 1]
-        phase = np.angle(-1j * (_complex(chosen["mode_shape"]).conj() @ driven))
+        phase = np.angle(-1j * (of_parts(chosen["mode_shape"].values).conj() @ driven))
         level = chosen["peak_force_level"].values if "peak_force_level" in chosen else np.full(good.size, np.nan)
         amplitude = chosen["modal_amplitude"].values
         return cls(2.0 * np.pi * chosen["frequency"].values, level, force, motion, phase, amplitude)
@@ -114,11 +114,6 @@ class ModeMotions:
         omega = (1.0 - share) * self.omega[k] + share * self.omega[k + 1]
         point = Point(pad(real_harmonics(force), balance.columns), float(omega), level)
         return Start(point, pad(real_harmonics(motion), balance.columns))
-
-
-def _complex(array: xr.DataArray) -> NDArray[np.complex128]:
-    parts = array.transpose(..., "part").to_numpy()
-    return np.asarray(parts[..., 0] + 1j * parts[..., 1])
 
 
 @dataclass(frozen=True, eq=False)

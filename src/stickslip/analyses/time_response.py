@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.response_dataset import ContactRows, of_parts, parts
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
@@ -92,6 +92,7 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
     outputs = cycle.outputs
     samples = outputs.shape[1]
     motion, force = ContactRows(problem).spread(cycle.contact_motion), ContactRows(problem).spread(cycle.contact_force)
+    response, moved, carried = (parts(harmonics_of(signals, harmonics)) for signals in (outputs, motion, force))
     place = ("contact", "direction")
     first = np.abs(harmonics_of(outputs, 1)[:, 1])
     work = ContactRows(problem).spread(cycle.friction_work[:, None])[..., 0]
@@ -100,9 +101,9 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
         "displacement": (("output", "sample"), outputs, "m", "outputs over the last period"),
         "motion_history": ((*place, "sample"), motion, "m", "contact displacements over the last period"),
         "force_history": ((*place, "sample"), force, "N", "contact forces over the last period"),
-        "response": (("output", "harmonic", "part"), _parts(outputs, harmonics), "m", "harmonics of the outputs"),
-        "contact_motion": ((*place, "harmonic", "part"), _parts(motion, harmonics), "m", "harmonics of contact displacements"),
-        "contact_force": ((*place, "harmonic", "part"), _parts(force, harmonics), "N", "harmonics of contact forces"),
+        "response": (("output", "harmonic", "part"), response, "m", "harmonics of the outputs"),
+        "contact_motion": ((*place, "harmonic", "part"), moved, "m", "harmonics of contact displacements"),
+        "contact_force": ((*place, "harmonic", "part"), carried, "N", "harmonics of contact forces"),
         "amplitude": (("output",), first, "m", "first harmonic of the outputs"),
         "rms": (("output",), np.sqrt(np.mean(outputs**2, axis=1)), "m", "root mean square of the outputs"),
         "max_abs": (("output",), np.max(np.abs(outputs), axis=1), "m", "largest absolute value of the outputs"),
@@ -131,12 +132,6 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
             "message": cycle.sentence,
         },
     )
-
-
-def _parts(signals: Array, harmonics: int) -> Array:
-    """Complex harmonics as (..., H+1, 2): real and imaginary part."""
-    values = harmonics_of(signals, harmonics)
-    return np.stack([values.real, values.imag], axis=-1)
 
 
 LEFT = 10.0
@@ -307,8 +302,7 @@ def verify_in_time(
     )
     motion = points.balance.linear.whole_motion(solved.forces, solved.omega, solved.level)
     shot = shoot(whole, solved.omega, solved.level, start, motion, settings)
-    response = place["response"].to_numpy()
-    harmonic = response[..., 0] + 1j * response[..., 1]
+    harmonic = of_parts(place["response"].to_numpy())
     apart = _period_difference(harmonic, shot.outputs)
     near = shot.closed and float(np.max(apart, initial=0.0)) <= ELSEWHERE
     return TimeCheck(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
-from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.response_dataset import ContactRows, of_parts, parts
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.results.schema import named, stacked, variables_in
@@ -23,7 +23,6 @@ from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import complex_harmonics, largest_absolute
 from stickslip.solve.balance.mode_balance import ModeBalance, mode_energy
 from stickslip.solve.curves.mode_curve import ROUNDING, DampingCurve, ModeCurve, first_harmonic_pace, is_stable, pace, slope
-from stickslip.support.checks import Array
 from stickslip.support.late import xr
 
 VARIABLES = variables_in("nonlinear_modes")
@@ -42,7 +41,7 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
         values, strongest = point_values(balance, rows, point.evaluation)
         values |= {"iterations": point.iterations, "active_rows": point.active}
         values |= dict(zip(("amplitude_slope", "frequency_slope", "damping_slope"), pace(point), strict=True))
-        values["shape_slope"] = _parts(first_harmonic_pace(balance, point))
+        values["shape_slope"] = parts(first_harmonic_pace(balance, point))
         places.append(values)
         if strongest is not None:
             met.setdefault(strongest, balance.amplitude_of(point.point))
@@ -121,20 +120,15 @@ def point_values(
         "residual": evaluation.error,
         "amplitude": np.hypot(outputs[:, 1], outputs[:, 2]),
         "max_abs": np.array([largest_absolute(row)[0] for row in outputs]),
-        "response": _parts(complex_harmonics(outputs)),
+        "response": parts(complex_harmonics(outputs)),
         "dissipated": np.bincount(rows.contact, energy.dissipated, minlength=rows.contacts),
-        "contact_motion": rows.spread(_parts(complex_harmonics(motion))),
-        "contact_force": rows.spread(_parts(complex_harmonics(balance.carried_forces(evaluation)))),
-        "mode_shape": _parts(complex_harmonics(balance.whole_motion(evaluation))[:, 1]),
+        "contact_motion": rows.spread(parts(complex_harmonics(motion))),
+        "contact_force": rows.spread(parts(complex_harmonics(balance.carried_forces(evaluation)))),
+        "mode_shape": parts(complex_harmonics(balance.whole_motion(evaluation))[:, 1]),
     }
     for name, share in zip(("share_stick", "share_slip", "share_open"), cycle.shares(), strict=True):
         values[name] = rows.spread(share)
     return values, energy.strongest if energy.resonant > INTERNAL else None
-
-
-def _parts(values: NDArray[np.complex128]) -> Array:
-    """Real and imaginary part as a last axis."""
-    return np.stack([values.real, values.imag], axis=-1)
 
 
 def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, Any]) -> xr.Dataset:
@@ -167,14 +161,14 @@ TURNED = ("response", "contact_force", "contact_motion", "mode_shape", "shape_sl
 def with_phase_at(dataset: xr.Dataset, output: int) -> xr.Dataset:
     """The dataset with every motion moved in time so that the first harmonic of an output is real and positive."""
     first = dataset["response"].values[:, :, output, 1]
-    angle = -np.angle(first[..., 0] + 1j * first[..., 1])
+    angle = -np.angle(of_parts(first))
     turned = {}
     for name in TURNED:
         variable = dataset[name]
-        values = variable.values[..., 0] + 1j * variable.values[..., 1]
+        values = of_parts(variable.values)
         orders = dataset["harmonic"].values if "harmonic" in variable.dims else np.ones(1)
         turn = np.exp(1j * angle.reshape(*angle.shape, *[1] * (values.ndim - 2)) * orders)
-        turned[name] = variable.copy(data=_parts(values * turn))
+        turned[name] = variable.copy(data=parts(values * turn))
     return dataset.assign(turned)
 
 

@@ -19,7 +19,7 @@ from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.modes.dataset import curve_arrays, limit_cycles_dataset, root_arrays, with_phase_at
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
 from stickslip.analyses.modes.work import Modes, NonlinearModesWork, with_decays, with_solved
-from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.response_dataset import ContactRows, of_parts
 from stickslip.analyses.settings import Execution, OfProblem, Setting, Settings, output_of, takes
 from stickslip.model.contact.point import TractionRatio
 from stickslip.model.problem import Problem
@@ -64,21 +64,17 @@ def restored(balance: ModeBalance, mode: xr.Dataset) -> Iterator[CurvePoint]:
 def _start(balance: ModeBalance, point: xr.Dataset) -> Point:
     """λ, ω and ζ of a point; the phase is turned back to that of the followed stuck mode."""
     rows = ContactRows(balance.problem)
-    force, motion = (rows.collected(_complex(point[name].values)) for name in ("contact_force", "contact_motion"))
+    force, motion = (rows.collected(of_parts(point[name].values)) for name in ("contact_force", "contact_motion"))
     # The followed coordinate φᴴMq of the first harmonic becomes real and positive.
     system = balance.problem.systems.at(1)
     whole = balance.structures.whole[balance.structures.key[1]][:, balance.followed]
-    coordinate = complex(whole.conj() @ system.M @ _complex(point["mode_shape"].values))
+    coordinate = complex(whole.conj() @ system.M @ of_parts(point["mode_shape"].values))
     turn = (coordinate.conjugate() / abs(coordinate)) ** np.arange(force.shape[1])
     forces = np.zeros((balance.rows + 1, balance.columns))
     forces[:-1] = real_harmonics((force - balance.stiffness[:, None] * motion) * turn)
     forces[-1, 1] = 2.0 * np.pi * float(point["frequency"]) / balance.linear_omega
     forces[-1, 2] = float(point["damping_ratio"])
     return Point(forces, balance.linear_omega, balance.level_of(float(point["modal_amplitude"])))
-
-
-def _complex(values: NDArray[np.float64]) -> NDArray[np.complex128]:
-    return np.asarray(values[..., 0] + 1j * values[..., 1])
 
 
 MOST_RATIO = 1.0

@@ -20,6 +20,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from stickslip.analyses.response_dataset import of_parts
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.mode_balance import ModalStructures
@@ -72,7 +73,7 @@ class ModePath:
         The phase is that of the followed mode, whose coordinate is real.
         """
         system, amplitude = problem.systems.at(1), chosen["modal_amplitude"].to_numpy()
-        shape, slope = (_complex(chosen[name]) / amplitude[:, None] for name in ("mode_shape", "shape_slope"))
+        shape, slope = (of_parts(chosen[name].values) / amplitude[:, None] for name in ("mode_shape", "shape_slope"))
         coordinate = shape @ (system.M @ followed).conj()
         turn = (coordinate.conj() / np.abs(coordinate))[:, None]
         rise, bend, damped = (chosen[f"{name}_slope"].to_numpy() for name in ("amplitude", "frequency", "damping"))
@@ -205,7 +206,7 @@ class Synthesis:
         load = np.asarray(powers[0][:, 1] - 1j * powers[0][:, 2])
         others = OtherModes.of(loaded, int(dataset["mode_number"][case]) - 1, load)
         mode, slopes = ModePath.of_points(chosen, loaded, others.stuck_shape, load)
-        shape = _complex(chosen["mode_shape"]) / mode.amplitude[:, None]
+        shape = of_parts(chosen["mode_shape"].values) / mode.amplitude[:, None]
         if not np.all(np.abs(mode.force) > 1e-12 * np.linalg.norm(shape, axis=1) * np.linalg.norm(load)):
             raise fault("The forces", "must excite the mode", "ones that do no work on its motion")
         ended = int(dataset["case_outcome"][case]) == Outcome.CONVERGED
@@ -314,11 +315,6 @@ def saturated(levels: Array, amplitudes: Array) -> bool:
         return False
     k = before[-1]
     return bool(np.log(levels[-1] / levels[k]) < SATURATED * np.log(amplitudes[-1] / amplitudes[k]))
-
-
-def _complex(array: xr.DataArray) -> Complex:
-    parts = array.transpose(..., "part").to_numpy()
-    return np.asarray(parts[..., 0] + 1j * parts[..., 1])
 
 
 def _sides(mode: ModePath, level: float) -> tuple[Array, Array]:

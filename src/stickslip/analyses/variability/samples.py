@@ -20,7 +20,7 @@ import numpy as np
 
 from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.peak_shapes import own_shapes_error
-from stickslip.analyses.response_dataset import curve_arrays, response_dataset
+from stickslip.analyses.response_dataset import curve_arrays, parts, response_dataset
 from stickslip.analyses.settings import (
     Execution,
     ForceLevels,
@@ -504,7 +504,7 @@ class _Table:
         evaluation, rows = correction.evaluation, self.balance.rows
         self.outcome[run, step] = Outcome.CONVERGED
         values = complex_harmonics(evaluation.w[rows:])
-        self.response[run, step] = np.stack([values.real, values.imag], axis=-1)
+        self.response[run, step] = parts(values)
         self.amplitude[run, step] = np.hypot(evaluation.w[rows:, 1], evaluation.w[rows:, 2])
         size = float(self.amplitude[run, step, 0])
         cycle = contact_cycle(evaluation.table, self.balance.tables, evaluation.w, evaluation.point.omega)
