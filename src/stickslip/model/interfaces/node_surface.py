@@ -472,7 +472,9 @@ class _Plane:
 
         They do not depend on how a rectangle is divided into triangles, which rounding decides.
         """
-        hull = self.flat[_counter_clockwise(self.delaunay)]
+        hull = self.flat[np.unique(self.delaunay.convex_hull)]
+        away = hull - hull.mean(axis=0)
+        hull = hull[np.argsort(np.arctan2(away[:, 1], away[:, 0]))]  # counter-clockwise
         first, others = self.delaunay.vertex_neighbor_vertices
         cells = [_cell(self.flat, k, hull, self.flat[others[first[k] : first[k + 1]]]) for k in range(len(self.flat))]
         areas = np.array([_area(cell) for cell in cells])
@@ -520,14 +522,6 @@ def _twice_area(corners: Array) -> Array:
     """Twice the signed areas of triangles (t, 3, 2), positive counter-clockwise."""
     (x1, y1), (x2, y2) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
     return np.asarray(x1 * y2 - y1 * x2)
-
-
-def _counter_clockwise(triangles: scipy.spatial.Delaunay) -> Array:
-    """The corners of the convex hull in order."""
-    corners = np.unique(triangles.convex_hull)
-    centre = triangles.points[corners].mean(axis=0)
-    away = triangles.points[corners] - centre
-    return np.asarray(corners[np.argsort(np.arctan2(away[:, 1], away[:, 0]))])
 
 
 def _cell(points: Array, k: int, hull: Array, neighbours: Array) -> Array:

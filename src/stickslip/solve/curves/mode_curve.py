@@ -212,7 +212,8 @@ def solve_mode(
     if lost is not None:
         cause = held_by_friction(balance.problem, balance.harmonics)
         message = f"The curve ended before the largest amplitude: {lost} {cause}".rstrip()
-    points = _dense(balance, points)
+    # Points are solved between those that are far apart.
+    points = points[:1] + [each for pair in pairwise(points) for each in _between(balance, *pair, DIVISIONS)]
     if len(points) > 1:  # the tangent of the last point is that of the step that passed the end
         points[-1] = directed(balance, points[-2], points[-1])
     return ModeCurve(tuple(refined(balance, points)), outcome, message)
@@ -268,14 +269,6 @@ def _traced(
     except LostCurveError as reason:
         return points, str(reason)
     return points, None
-
-
-def _dense(balance: ModeBalance, points: list[CurvePoint]) -> list[CurvePoint]:
-    """The curve with points solved between those that are far apart."""
-    found = points[:1]
-    for before, after in pairwise(points):
-        found += _between(balance, before, after, DIVISIONS)
-    return found
 
 
 def _between(balance: ModeBalance, before: CurvePoint, after: CurvePoint, divisions: int) -> list[CurvePoint]:
