@@ -15,7 +15,7 @@ from readers.test_hostile import archive, bomb
 from scipy import sparse
 
 import stickslip as ss
-from stickslip.model.readers import ansys, matrix_market, nastran_deck, nastran_op4, process
+from stickslip.model.readers import ansys, matrix_files, nastran_deck, nastran_op4, process
 from stickslip.support.checks import InputError
 
 pytestmark = [pytest.mark.filterwarnings("ignore::UserWarning"), pytest.mark.filterwarnings("ignore::DeprecationWarning")]
@@ -140,9 +140,9 @@ def test_counts_and_types_of_matrix_market(content, said, tmp_path):
 )
 def test_arrays_store_columns(symmetry, values, right, tmp_path):
     (tmp_path / "a.mtx").write_text(f"{HEAD} array integer {symmetry}\n% a comment\n\n2 2\n{values}")
-    np.testing.assert_array_equal(matrix_market.read(tmp_path / "a.mtx").matrices[""], right)
+    np.testing.assert_array_equal(matrix_files.read_matrix_market(tmp_path / "a.mtx").matrices[""], right)
     (tmp_path / "a.mtx").write_text(f"{HEAD} array complex hermitian\n2 2\n1 0\n2 5\n3 0\n")
-    np.testing.assert_array_equal(matrix_market.read(tmp_path / "a.mtx").matrices[""], [[1, 2 - 5j], [2 + 5j, 3]])
+    np.testing.assert_array_equal(matrix_files.read_matrix_market(tmp_path / "a.mtx").matrices[""], [[1, 2 - 5j], [2 + 5j, 3]])
 
 
 def op4(columns="", header="       2       2       6       2KAA     1P,3E23.16"):

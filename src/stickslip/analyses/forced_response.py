@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analyses.contacts_at_rest import rest_of
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import (
     broken_warning,
@@ -59,7 +58,7 @@ from stickslip.analyses.solved_points import (
     with_shapes,
 )
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
-from stickslip.analyses.static_history import Seated, history_change, opened, seated_balance
+from stickslip.analyses.static_load import Seated, history_change, opened, rest_of, seated_balance
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
 from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (

@@ -8,9 +8,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from stickslip.analyses.contacts_at_rest import as_lines, by_surface
 from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
+from stickslip.analyses.static_load import as_lines, by_surface
 from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force

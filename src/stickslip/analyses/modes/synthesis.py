@@ -12,7 +12,7 @@ single-mode method of W. Szemplińska-Stupnicka (Journal of Sound and Vibration 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -149,24 +149,21 @@ class OtherModes:
         driven[followed] = 0.0
         return cls(structures, followed, np.asarray(driven, dtype=complex))
 
+    def coordinates(self, omega: Array) -> Iterator[Complex]:
+        """First harmonic of the coordinates of the stuck modes per force level, (modes,) at each frequency."""
+        structure = self.structures.extended(self.followed, 1)
+        for each in omega:
+            gains = extended_gains_called(structure, float(each), 0.0)[1]
+            yield gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load
+
     def at(self, omega: Array) -> Complex:
         """First harmonic of the outputs per force level, (places, outputs)."""
         rows = self.structures.shapes[self.structures.key[1]][-self.outputs :]
-        structure = self.structures.extended(self.followed, 1)
-        found = np.empty((omega.size, self.outputs), dtype=complex)
-        for n, each in enumerate(omega):
-            gains = extended_gains_called(structure, float(each), 0.0)[1]
-            found[n] = rows @ (gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load)
-        return found
+        return np.array([rows @ each for each in self.coordinates(omega)], dtype=complex).reshape(omega.size, self.outputs)
 
     def size(self, omega: Array) -> Array:
         """√(2 × largest elastic energy) of the first harmonic per force level, √J, (places,)."""
-        structure = self.structures.extended(self.followed, 1)
-        found = np.empty(omega.size)
-        for n, each in enumerate(omega):
-            gains = extended_gains_called(structure, float(each), 0.0)[1]
-            found[n] = np.linalg.norm(gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load)
-        return found
+        return np.array([np.linalg.norm(each) for each in self.coordinates(omega)], dtype=float)
 
     @property
     def stuck_shape(self) -> Complex:

@@ -51,17 +51,7 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance, contact_cycle
 from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.starts.extremes import (
-    AtFrequency,
-    AtPeak,
-    Effort,
-    Extreme,
-    Place,
-    extreme,
-    leapt,
-    loss_factor,
-    size_of,
-)
+from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Effort, Extreme, Place, extreme, leapt, loss_factor, size_of
 from stickslip.solve.starts.states import StartSpace, UnsolvedError, explored_space, refuse_forgetful, rule_words
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.late import xr

@@ -14,17 +14,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers import (
-    abaqus,
-    ansys,
-    calculix,
-    harwell_boeing,
-    matlab,
-    matrix_market,
-    nastran_deck,
-    nastran_op4,
-    numpy_archive,
-)
+from stickslip.model.readers import abaqus, ansys, calculix, matlab, matrix_files, nastran_deck, nastran_op4, numpy_archive
 from stickslip.model.readers.model import NEEDED, SYNONYMS, Content, Model, chosen, implausible, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.numbers import refuse_packed
@@ -53,8 +43,8 @@ FORMATS = (
     Format("NumPy archive", (".npz",), numpy_archive.read),
     Format("MATLAB file", (".mat",), matlab.read),
     Format("Abaqus matrix", (".mtx",), abaqus.read),
-    Format("Matrix Market", (".mtx", ".mm"), matrix_market.read, matrix_market.START),
-    Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb", ".matrix"), harwell_boeing.read),
+    Format("Matrix Market", (".mtx", ".mm"), matrix_files.read_matrix_market, matrix_files.START),
+    Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb", ".matrix"), matrix_files.read_harwell_boeing),
     Format("Nastran OUTPUT4", (".op4",), nastran_op4.read),
     Format("Nastran DMIG", (".pch", ".dmig", ".bdf"), nastran_deck.read),
     Format("Ansys .full file", (".full",), ansys.read),
