@@ -293,6 +293,17 @@ class Sampled(Settings):
     samples: Samples = 256
 
 
+class AtLevels(StateOfFields):
+    """A work at one or several force levels."""
+
+    force: Any
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """The force levels, checked."""
+        return force_levels(self.force)
+
+
 def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
     """Force levels, checked: positive and different."""
     levels = tuple(checks.positive("A force level", level) for level in np.atleast_1d(checks.numbers("force", force)))
@@ -407,7 +418,7 @@ def _harmonics(name: str, value: Any) -> Harmonics | Literal["auto"]:
 
 
 @dataclass(frozen=True, eq=False)
-class Fineness(Settings):
+class Fineness(AtLevels, Settings):
     """The force levels, and how finely each curve is computed."""
 
     force: Annotated[
@@ -433,11 +444,6 @@ class Fineness(Settings):
     def fineness(self) -> dict[str, Any]:
         """These settings by name."""
         return {each.name: getattr(self, each.name) for each in fields(Fineness)}
-
-    @property
-    def levels(self) -> tuple[float, ...]:
-        """The force levels, a case each."""
-        return force_levels(self.force)
 
 
 @dataclass(frozen=True, eq=False)

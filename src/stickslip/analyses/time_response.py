@@ -220,52 +220,36 @@ class TimeCheck:
     @property
     def sentence(self) -> str:
         """The comparison in words."""
-        attrs = self.time.dataset.attrs
+        attrs, worst = self.time.dataset.attrs, int(np.argmax(self.period_difference))
         place = f"{self.excitation_periods * attrs['frequency']:.6g} Hz, force level {attrs['force_level']:.6g}"
-        return f"{place}: {self._departure if self.unstable else self._difference} {self.time.sentence}"
+        return f"{place}: {self._departure(worst) if self.unstable else self._difference(worst)} {self.time.sentence}"
 
-    @property
-    def _difference(self) -> str:
-        worst = self._worst
+    def _difference(self, worst: int) -> str:
         steps = self.time.dataset.attrs["steps_per_period"] // self.excitation_periods
+        error = float(self.step_error[worst])
+        halved = "" if np.isnan(error) else f" Half the steps change the first harmonic by {error:.1e}."
+        if np.isinf(error):
+            halved = " With half the steps the motion does not settle: take more."
         return (
             f"harmonic balance with {in_words(self.harmonics)} and time integration with {steps} steps a period differ by "
             f"{abs(float(self.amplitude_difference[worst])):.1e} in the first harmonic and by "
-            f"{float(self.period_difference[worst]):.1e} over the period ({self._output}, the worst output).{self._steps_halved}"
+            f"{float(self.period_difference[worst]):.1e} over the period ({self.time.problem.output_names[worst]}, the worst "
+            f"output).{halved}"
         )
 
-    @property
-    def _steps_halved(self) -> str:
-        error = float(self.step_error[self._worst])
-        if np.isnan(error):
-            return ""
-        if np.isinf(error):
-            return " With half the steps the motion does not settle: take more."
-        return f" Half the steps change the first harmonic by {error:.1e}."
-
-    @property
-    def _departure(self) -> str:
-        worst = self._worst
+    def _departure(self, worst: int) -> str:
         growth = abs(self.multiplier) if np.isfinite(self.multiplier) else self.time.cycle.growth
         return (
             f"harmonic balance with {in_words(self.harmonics)} gives a periodic motion, which the first period in time repeats "
             f"within {float(self.first_period_difference[worst]):.1e}, but not a stable one: departures grow by a factor of "
             f"{growth:.3g} a period, and the motion ends {float(self.period_difference[worst]):.1e} away "
-            f"({self._output}, the worst output)."
+            f"({self.time.problem.output_names[worst]}, the worst output)."
         )
 
     @property
     def _bounded(self) -> bool:
         """Whether the march took all its steps; steps that fail or gain energy say nothing about the harmonic balance."""
         return self.time.cycle.outcome not in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED)
-
-    @property
-    def _worst(self) -> int:
-        return int(np.argmax(self.period_difference))
-
-    @property
-    def _output(self) -> str:
-        return str(self.time.problem.output_names[self._worst])
 
     def __str__(self) -> str:
         return self.sentence

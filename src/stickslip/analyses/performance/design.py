@@ -140,14 +140,10 @@ class Designs:
         known = [self._known(point) for point in points]
         return [REFUSED * self.best.penalised if record is None else record.penalised for record in known]
 
-    def solved(self, points: Sequence[Array]) -> list[Record]:
-        """Designs computed, or given back by what keeps them."""
-        return [Record.of(arrays) for arrays in self.computed(self.work.at(points))] if points else []
-
     def solved_where_possible(self, points: Sequence[Array]) -> list[Record | None]:
         """Designs computed; None where a design cannot be made or a constraint of it fails."""
         try:
-            return list(self.solved(points))
+            return [Record.of(arrays) for arrays in self.computed(self.work.at(points))] if points else []
         except InputError:
             return [None] if len(points) == 1 else [self.solved_where_possible([point])[0] for point in points]
 

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
+    AtLevels,
     Execution,
     ForceLevels,
     MeasuredOutput,
@@ -38,7 +39,6 @@ from stickslip.analyses.settings import (
     Setting,
     Share,
     Whole,
-    force_levels,
     output_of,
     takes,
 )
@@ -235,7 +235,7 @@ def _upwards(name: str, band: Any) -> Band | tuple[float, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
+class BoundsWork(OneBalance, AtLevels, Sampled, MeasuredOutput, Execution):
     """The search for bounds as independent cases: neighbouring frequencies at one level, or the peak at neighbouring levels."""
 
     problem: OfProblem
@@ -258,10 +258,6 @@ class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
         output_of(self.problem, self.output)
         if self.objective == "peak" and len(self.frequencies) < 2:
             raise fault("band", "must be a band for the peak", self.band)
-
-    @property
-    def levels(self) -> tuple[float, ...]:
-        return force_levels(self.force)
 
     @cached_property
     def frequencies(self) -> tuple[float, ...]:

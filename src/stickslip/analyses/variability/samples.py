@@ -22,6 +22,7 @@ from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.peak_shapes import own_shapes_error
 from stickslip.analyses.response_dataset import curve_arrays, parts, response_dataset
 from stickslip.analyses.settings import (
+    AtLevels,
     Execution,
     ForceLevels,
     Measured,
@@ -34,7 +35,6 @@ from stickslip.analyses.settings import (
     Seed,
     Setting,
     Share,
-    force_levels,
     takes,
 )
 from stickslip.analyses.truncation import OWN_FORCES
@@ -246,7 +246,7 @@ def _starts(name: str, starts: Any) -> int | Array:
 
 
 @dataclass(frozen=True, eq=False)
-class SamplesWork(OneBalance, OverBand, Sampled, Measured, Execution):
+class SamplesWork(OneBalance, AtLevels, OverBand, Sampled, Measured, Execution):
     """Samples as independent cases, one force level and start state each."""
 
     problem: ProblemWithShapes
@@ -270,10 +270,6 @@ class SamplesWork(OneBalance, OverBand, Sampled, Measured, Execution):
         super().__post_init__()
         drawn = draw(self.size, self.starts, self.method, self.seed, self.distribution)
         object.__setattr__(self, "variables", drawn)
-
-    @property
-    def levels(self) -> tuple[float, ...]:
-        return force_levels(self.force)
 
     @property
     def size(self) -> int:

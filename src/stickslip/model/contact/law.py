@@ -323,9 +323,9 @@ class Law(ABC):
         return elements.friction[0], elements.normal.forces(z) if elements.normal is not None else np.zeros(0)
 
     @property
-    @abstractmethod
     def has_normal(self) -> bool:
-        """Whether the law needs a normal direction (a varying normal load)."""
+        """Whether the law needs a normal direction (a varying normal load): where it has a normal stiffness kn."""
+        return getattr(self, "kn", None) is not None
 
 
 @dataclass(frozen=True)
@@ -395,10 +395,6 @@ class SingleLoad(Law):
                 {"kn": self.kn, "normal_load": self.normal_load},
                 "Give exactly one of the two.",
             )
-
-    @property
-    def has_normal(self) -> bool:
-        return self.kn is not None
 
     def under_load(self, stiffness: Sequence[float], normal: bool, parameters: tuple[float, ...] = ()) -> Elements:
         """The table with one friction element of a stiffness [N/m] for each tangential direction, under the load."""

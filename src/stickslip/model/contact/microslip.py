@@ -29,6 +29,7 @@ from stickslip.model.contact.law import (
     FrictionElements,
     Law,
     NormalElements,
+    SingleLoad,
     checked_friction,
     limit_at,
     line_of,
@@ -258,7 +259,7 @@ class FourParameter(Spectrum):
 
 
 @dataclass(frozen=True)
-class Iwan(Law):
+class Iwan(SingleLoad):
     """T = Σ Jenkins(kt k_i, μ k_i s_i N): `spectrum` gives shares k_i of the stiffness and slip displacements s_i in μN/kt.
 
     Rule for a varying load: every element keeps its stiffness and its share of μN(t), so that at any N the virgin curve is
@@ -282,22 +283,12 @@ class Iwan(Law):
 
     def __post_init__(self) -> None:
         positive("kt", self.kt)
-        checked_friction(self.mu)
-        finite("preload", self.preload)
-        finite("gap", self.gap)
         if (self.kn is None) == (self.normal_load is None):
             raise fault("An Iwan contact", "must have either kn or normal_load", {"kn": self.kn, "normal_load": self.normal_load})
-        if self.kn is not None:
-            positive("kn", self.kn)
-        if self.normal_load is not None:
-            not_negative("normal_load", self.normal_load)
+        self.check_load()
         of_kind("spectrum", self.spectrum, Spectrum)  # type: ignore[type-abstract]
         if self.count is not None:
             between("count", self.count, 2)
-
-    @property
-    def has_normal(self) -> bool:
-        return self.kn is not None
 
     def elements(self, tangential: int, normal: bool) -> Elements:
         if normal != self.has_normal:
@@ -357,10 +348,6 @@ class MicroslipArray(Law):
         share = np.full(elements, 1.0 / elements)
         gaps = largest_gap * np.arange(elements) / (elements - 1)
         return cls(tuple(kt * share), mu, tuple(kn * share), tuple(gaps))
-
-    @property
-    def has_normal(self) -> bool:
-        return self.kn is not None
 
     def elements(self, tangential: int, normal: bool) -> Elements:
         if normal != self.has_normal:

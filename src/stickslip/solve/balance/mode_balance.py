@@ -160,11 +160,6 @@ class ModeBalance(HarmonicBalance):
         place = self.omega_of(point), self.damping_of(point), float(np.exp(point.level))
         return np.asarray(coordinates_slope(structure, evaluation.state.gains, state, own, amounts, *place))
 
-    def first_harmonic_slope(self, evaluation: Evaluation, forces: Array, rate: float) -> NDArray[np.complex128]:
-        """Derivative of Q₁ of every degree of freedom along the curve, (n,)."""
-        slope = self.coordinates_slope(evaluation, forces, rate)
-        return np.asarray(self.structures.whole[self.structures.key[1]] @ slope[:, 1])
-
     def whole_motion(self, evaluation: Evaluation) -> Array:
         """q of every degree of freedom (n, 2H+1), m."""
         state = self.modal_coordinates(evaluation)

@@ -128,7 +128,8 @@ def arc_tangent(point: CurvePoint) -> tuple[Array, Array, float]:
 def first_harmonic_pace(balance: ModeBalance, point: CurvePoint) -> NDArray[np.complex128]:
     """Derivative of Q₁ of every degree of freedom by the arc length, complex (n,), m."""
     forces, _, rate = arc_tangent(point)
-    return balance.first_harmonic_slope(point.evaluation, forces, rate)
+    slope = balance.coordinates_slope(point.evaluation, forces, rate)
+    return np.asarray(balance.structures.whole[balance.structures.key[1]] @ slope[:, 1])
 
 
 def directed(balance: ModeBalance, before: CurvePoint, point: CurvePoint) -> CurvePoint:

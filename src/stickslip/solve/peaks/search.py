@@ -158,11 +158,6 @@ class Interval:
         return max(abs(self.mean_slope - 0.5 * (self.low.slope + self.high.slope)), self.slope_error or 0.0)
 
     @property
-    def steepness(self) -> float:
-        """The largest slope known in the interval, or by how much slopes inside may differ."""
-        return max(abs(self.low.slope), abs(self.high.slope), self.uncertainty)
-
-    @property
     def height(self) -> float:
         """Where the tangents of a rising and a falling end meet, about the highest amplitude inside."""
         a, b = self.low, self.high
@@ -219,7 +214,7 @@ def highest_inside(intervals: list[Interval], i: int) -> float:
     """
     interval, around = intervals[i], intervals[max(i - 1, 0) : i + 2]
     if interval.slope_error is None:
-        steepness = STEEPER * max(each.steepness for each in around)
+        steepness = STEEPER * max(max(abs(each.low.slope), abs(each.high.slope), each.uncertainty) for each in around)
         return interval.bound(-steepness, steepness)
     known = interval.low.slope, interval.high.slope, interval.mean_slope
     spare = STEEPER * max(each.uncertainty for each in around) + SPREAD * (max(known) - min(known))
