@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.further_curves import SolvedCurve, passes
+from stickslip.analyses.further_curves import NEAR, SolvedCurve, passes
 from stickslip.analyses.response_dataset import ContactRows, of_parts
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
@@ -443,9 +443,6 @@ BEYOND = (1.25, 2.0)
 
 MOST_POINTS = 600
 
-SAME = 1e-2
-"""Relative difference of two motions at one frequency up to which they are one."""
-
 HIGHER = 1.1
 """How many times as high as the curve another one must rise inside the band for a warning."""
 
@@ -538,7 +535,7 @@ def _passes(balance: HarmonicBalance, before: CurvePoint, point: CurvePoint, mot
 def _same(one: Evaluation, other: Evaluation) -> bool:
     """Whether two solutions at one frequency are one motion."""
     a, b = one.w[:, 1:], other.w[:, 1:]
-    return float(np.linalg.norm(a - b)) <= SAME * float(np.linalg.norm(b))
+    return float(np.linalg.norm(a - b)) <= NEAR * float(np.linalg.norm(b))
 
 
 def _sizes(balance: HarmonicBalance, points: tuple[CurvePoint, ...] | list[CurvePoint], measure: Measure) -> Array:
