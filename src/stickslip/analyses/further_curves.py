@@ -17,7 +17,8 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, of_attribute
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.branch_points import BranchPoint, branch_points, determinant_jumps, starts
-from stickslip.solve.continuation.curve_points import CurvePoint, Interpolation
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.continuation.sweep import Followed, joined, one_way
 from stickslip.solve.curves.curve import Curve, with_peaks
 from stickslip.support.checks import Array, InputError, fault, first_of, positive, whole

@@ -33,7 +33,7 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.fourier import complex_harmonics, of_attribute, real_harmonics
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.continuation.curve_points import SAME, Interpolation, Value
+from stickslip.solve.continuation.interpolation import SAME, Interpolation, Value
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.peaks.search import PeakSearch
 from stickslip.support.checks import SMALLEST, Array, Index, InputError, between, fault, numbers, positive, whole

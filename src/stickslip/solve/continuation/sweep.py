@@ -14,15 +14,8 @@ import numpy as np
 from stickslip.model.contact.protocol import OFFSET
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.continuation.continuation import FOLDS, TURNED_BACK, first_point, solve_cold, trace
-from stickslip.solve.continuation.curve_points import (
-    CurvePoint,
-    LostCurveError,
-    Tangent,
-    backwards,
-    between,
-    solve_at,
-    with_own_tangent,
-)
+from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, Tangent, backwards, between, solve_at
+from stickslip.solve.continuation.interpolation import with_own_tangent
 from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.steps import StepControl, Steps
 from stickslip.support.outcome import Outcome

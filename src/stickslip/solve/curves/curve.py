@@ -25,7 +25,8 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.fourier import Harmonics, orders
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.continuation.continuation import at_right_angle, control_size, first_point, ramped, scaled, stuck_held, trace
-from stickslip.solve.continuation.curve_points import CurvePoint, Interpolation, between
+from stickslip.solve.continuation.curve_points import CurvePoint, between
+from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.continuation.newton import Correction, correct
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.continuation.sweep import Sweep, SweepStopped, from_start, points_at, sweep

@@ -20,7 +20,8 @@ import numpy as np
 
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.solve.continuation.curve_points import ROUNDING, CurvePoint, Interpolation, Tangent, hermite, with_own_tangent
+from stickslip.solve.continuation.curve_points import ROUNDING, CurvePoint, Tangent, hermite
+from stickslip.solve.continuation.interpolation import Interpolation, with_own_tangent
 from stickslip.solve.continuation.newton import correct
 from stickslip.support.checks import Array
 
