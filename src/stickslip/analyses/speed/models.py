@@ -121,7 +121,7 @@ class ProblemAt:
         if not isinstance(self.models, Mapping):
             return True
         *others, last = (problem.structure for problem in self.models.values())
-        return last.coriolis is not None or not all(np.array_equal(_stiffness(last), _stiffness(each)) for each in others)
+        return last.coriolis is not None or not all(np.array_equal(last.whole_stiffness, each.whole_stiffness) for each in others)
 
 
 def problem_at(models: Models | ProblemAt) -> ProblemAt:
@@ -172,14 +172,14 @@ def _waves_between(one: CyclicStructure, other: CyclicStructure, share: float) -
     """K of the nodal diameters at a share of the way in Ω²."""
     if one.turns and other.turns and share not in (0.0, 1.0):
         return np.array([turning.at(share) for turning in _turnings(one, other)])
-    return np.asarray(_stiffness(one) + share * (_stiffness(other) - _stiffness(one)))
+    return np.asarray(one.whole_stiffness + share * (other.whole_stiffness - one.whole_stiffness))
 
 
 @lru_cache(maxsize=2)
 def _turnings(one: CyclicStructure, other: CyclicStructure) -> list[Turning]:
     """How K turns at each nodal diameter: kept, since a curve asks for many speeds between the same two."""
     assert one.masses is not None
-    return [Turning.between(*each) for each in zip(one.masses, _stiffness(one), _stiffness(other), strict=True)]
+    return [Turning.between(*each) for each in zip(one.masses, one.whole_stiffness, other.whole_stiffness, strict=True)]
 
 
 def _refuse_other(one: Problem, other: Problem, speed: float, slower: float) -> None:
@@ -240,7 +240,7 @@ def synchronous(models: Mapping[float, Problem]) -> Problem:
     squares = [(2.0 * np.pi * speed / 60.0) ** 2 for speed in (slow, fast)]
     grown = squares[1] - squares[0]
     rates = [(g.static - f.static) / grown for f, g in zip(one.forces, other.forces, strict=True)]
-    added = _stiffness(other.structure) - _stiffness(one.structure)
+    added = other.structure.whole_stiffness - one.structure.whole_stiffness
     added = np.where(np.abs(added).max() > UNCHANGED * np.abs(one.structure.K).max(), added / grown, 0.0)
     return _with_speed(_between(one, other, -squares[0] / grown, straight=True), added, rates)
 
@@ -259,7 +259,7 @@ def at_reference_speed(problem: Problem, speed: float, stiffness_at_rest: NDArra
             )
         added = np.zeros((1, 1))
     else:
-        added = (_stiffness(problem.structure) - stiffness_at_rest) / speed**2
+        added = (problem.structure.whole_stiffness - stiffness_at_rest) / speed**2
         structure = problem.structure
         if isinstance(structure, CyclicStructure):
             problem = with_waves(problem, stiffness_at_rest)
@@ -276,11 +276,3 @@ def _with_speed(at_rest: Problem, added: NDArray[Any], rates: Sequence[float]) -
             raise fault("The static acceleration of the base", "must be the same at all speeds", "one that goes with the speed")
         loads += [Force(force.coefficients, static=rate)] if rate else []
     return replace(at_rest, speed=SpeedDependence(1, added if added.any() else None, tuple(loads)))
-
-
-def _stiffness(structure: Structure) -> NDArray[Any]:
-    """K, of a cyclic structure that of each nodal diameter."""
-    if isinstance(structure, CyclicStructure):
-        assert structure.stiffnesses is not None
-        return structure.stiffnesses
-    return structure.K

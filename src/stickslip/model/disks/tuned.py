@@ -85,7 +85,9 @@ class SectorSystems(HarmonicSystems):
                 gas_stiffness, gas_damping = self.gas_forces(n)
                 stuck, C = stuck + gas_stiffness, C + gas_damping
             system = LinearSystem(M, C, stuck, self.relative_rows(n), self.problem.output_rows)
-            self._known[key] = self.stiffened(system, harmonic, self._added(n)) if self.stiffens else system
+            speed = self.problem.speed
+            added = None if speed is None or speed.stiffness is None else self.disk.diameters.pick(speed.stiffness, n)
+            self._known[key] = self.stiffened(system, harmonic, added)
         return self._known[key]
 
     def kept(self, harmonic: int) -> tuple[NDArray[Any], int] | None:
@@ -101,12 +103,6 @@ class SectorSystems(HarmonicSystems):
             directions = load_and_output_rows(problem)
             self._kept[key] = kept_shapes(squares, scaled, B, problem.contact_stiffness, directions, problem.modes_to)
         return self._kept[key]
-
-    def _added(self, nodal_diameter: int) -> NDArray[np.complex128]:
-        """K₁ of a nodal diameter."""
-        assert self.problem.speed is not None
-        assert self.problem.speed.stiffness is not None
-        return self.disk.diameters.pick(self.problem.speed.stiffness, nodal_diameter)
 
     def mass(self, harmonic: int) -> NDArray[np.complex128]:
         return self.disk.at(harmonic * self.engine_order).M
@@ -372,14 +368,9 @@ class TunedDisk(Problem):
     def sectors(self) -> int:
         return self.disk.sectors
 
-    @property
-    def _stiffness(self) -> NDArray[Any]:
-        assert self.disk.stiffnesses is not None
-        return self.disk.stiffnesses
-
     def _stiffened(self, added: NDArray[Any]) -> CyclicStructure:
         waves = np.array([self.systems.matrices(n).C for n in self.disk.diameters.held])
-        stiffened = replace(self.disk, K=self.disk.K + added[0].real, stiffnesses=self._stiffness + added)
+        stiffened = replace(self.disk, K=self.disk.K + added[0].real, stiffnesses=self.disk.whole_stiffness + added)
         return stiffened.with_damping(waves)
 
     @cached_property

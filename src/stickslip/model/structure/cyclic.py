@@ -108,6 +108,11 @@ class CyclicStructure(Structure):
         """N."""
         return self.diameters.sectors
 
+    @property
+    def whole_stiffness(self) -> NDArray[Any]:
+        assert self.stiffnesses is not None
+        return self.stiffnesses
+
     def __repr__(self) -> str:
         return f"{super().__repr__()}, {self.sectors} sectors"
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 from weakref import WeakValueDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from stickslip.support import checks
@@ -169,6 +170,11 @@ class Structure:
         """The longest side of the box round its nodes, m; 0 where no coordinates are known."""
         places = np.concatenate([self.mesh_points, np.reshape(list(self.nodes.values()), (-1, 3))])
         return float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+
+    @property
+    def whole_stiffness(self) -> NDArray[Any]:
+        """K; of a cyclic structure that of each nodal diameter."""
+        return self.K
 
     @property
     def size(self) -> int:
