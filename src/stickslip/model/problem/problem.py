@@ -42,10 +42,6 @@ class Mesh:
     coordinates: Coordinates
     solved: bool = False
 
-    def on_coordinates(self, motions: Array) -> Array:
-        """The coordinates (m, k) of motions (n, k) that they can describe."""
-        return np.asarray(self.coordinates.shapes.T @ (self.stuck.stuck @ motions))
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Problem:

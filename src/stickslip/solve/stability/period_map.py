@@ -149,14 +149,6 @@ class Tangent(NamedTuple):
 
 
 @inner
-def no_tangent(rows: int, elements: int) -> Tangent:
-    """Zeros to be filled."""
-    n = rows
-    first = (np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
-    return Tangent(*first, np.zeros(elements), np.zeros(elements), np.zeros(elements))
-
-
-@inner
 def law_tangent(
     table: ContactTable,
     c: int,
@@ -422,7 +414,8 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
         pushed[:, i] = modes.force[:, used[i]]
     by_rate, free_rate, rated = np.zeros((rows, rows)), np.zeros((rows, width)), np.any(table.kind != SLIDERS)
     w, nothing = np.dot(modes.motion, x), np.zeros((rows, rows))
-    tangent = no_tangent(rows, elements)
+    of_rows = (np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))
+    tangent = Tangent(*of_rows, np.zeros(elements), np.zeros(elements), np.zeros(elements))
     intercept = path.intercept[0].copy()
     for k in range(path.instants.size - 1):
         h = path.instants[k + 1] - path.instants[k]
