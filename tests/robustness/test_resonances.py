@@ -11,8 +11,7 @@ from robustness.resonances import HARMONICS, RATIOS, SAMPLES, STUCK, Tally, line
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.resonances import Resonances
 from stickslip.solve.continuation import steps
-from stickslip.solve.curves.curve import solve_curve
-from stickslip.solve.curves.refine import _hills
+from stickslip.solve.curves.curve import _hills, solve_curve
 from stickslip.solve.peaks.search import PeakSearch
 
 CASES = [

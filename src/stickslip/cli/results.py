@@ -22,7 +22,7 @@ from stickslip.support.files import WrittenFiles, only_own_files, refuse_obstacl
 from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
-    from stickslip.model.readers.describe import Description
+    from stickslip.model.readers.model import Description
     from stickslip.show.report.markup import Presentation
     from stickslip.study import Job
 
@@ -72,7 +72,7 @@ def of_model(found: Description) -> dict[str, Any]:
 
 def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     """A study without errors: its notes, the numbers of its model in the units of the study, the estimated time of a run."""
-    from stickslip.analyses.contacts_at_rest import by_surface, rest_of
+    from stickslip.analyses.static_load import by_surface, rest_of
     from stickslip.results.schema import in_system
     from stickslip.study.faults import WARNING
 

@@ -388,7 +388,7 @@ def info(
     """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""
     import warnings
 
-    from stickslip.model.readers.describe import describe
+    from stickslip.model.readers.model import describe
     from stickslip.model.readers.read import read_model
 
     named = pairs("--variables", variables or (), "K=KELAST")

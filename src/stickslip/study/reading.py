@@ -8,9 +8,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from stickslip.analyses.contacts_at_rest import as_lines, by_surface
 from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
+from stickslip.analyses.static_load import as_lines, by_surface
 from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
@@ -21,8 +21,7 @@ from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.problem.truncation import REACH
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
-from stickslip.model.structure.matrices import ModalDamping
-from stickslip.model.structure.sparse import SparseStructure
+from stickslip.model.structure.matrices import ModalDamping, SparseStructure
 from stickslip.results.schema import sentence_in
 from stickslip.solve.balance.fourier import harmonics_for, highest
 from stickslip.study import build

@@ -19,8 +19,15 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, no_resonance, resonance_band
-from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Pull
+from stickslip.analyses.performance.work import (
+    OPTIMUM,
+    PerformanceWork,
+    Pull,
+    centrifugal_pull,
+    excitation,
+    no_resonance,
+    resonance_band,
+)
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,
@@ -200,21 +207,14 @@ class BandSettings(Sampled, MeasuredOutput, Execution):
         own = centrifugal_pull(self.problem) if self.pull is None else self.pull
         unit = excitation(self.problem)
         balance = HarmonicBalance(self.problem, self.harmonics, self.samples)
+        shared = ("output", "measure", "cloud", "starts", "rule", "share", "seed", "harmonics", "samples")
         return BoundsWork(
             self.problem,
             self.band or resonance_band(balance, self.output),
             [own / (ratio * unit) for ratio in self.ratios],
             "peak",
-            output=self.output,
             quantity=self.measured.quantity.name,
-            measure=self.measure,
-            cloud=self.cloud,
-            starts=self.starts,
-            rule=self.rule,
-            share=self.share,
-            seed=self.seed,
-            harmonics=self.harmonics,
-            samples=self.samples,
+            **{name: getattr(self, name) for name in shared},
         )
 
 

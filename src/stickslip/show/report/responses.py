@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.analyses.contacts_at_rest import by_surface
 from stickslip.analyses.isolated import APART
 from stickslip.analyses.nodal_diameters import has_disk
+from stickslip.analyses.static_load import by_surface
 from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds import detached, has_bounds

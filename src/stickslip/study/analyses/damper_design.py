@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from stickslip.analyses.performance.design import DesignSettings, finished_design
-from stickslip.analyses.performance.scaled_problem import with_friction
+from stickslip.analyses.performance.work import with_friction
 from stickslip.analyses.performance.worst_case import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.settings import made
 from stickslip.model.problem import Problem

@@ -8,8 +8,7 @@ from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.curve import gathered
-from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction
-from stickslip.analyses.performance.work import PerformanceWork
+from stickslip.analyses.performance.work import PerformanceWork, centrifugal_pull, excitation, with_friction
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import promised

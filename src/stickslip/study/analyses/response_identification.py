@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
+from stickslip.analyses.performance.work import with_factors, with_preload_factor
 from stickslip.analyses.response_dataset import levels_are_newtons, newtons_a_level
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.laboratory.identification.least_squares import FreeParameter

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.performance.sensitivity_indices import MOST_DRAWS, DrawsWork, gathered
+from stickslip.analyses.performance.work import with_factors, with_preload_factor
 from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.problem import Problem
 from stickslip.study.analyses.performance_curve import sweep_over_a_band

@@ -12,7 +12,7 @@ from stickslip.analyses.speed.models import at_reference_speed, waves_at
 from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork, samples_for
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.model.problem.centrifugal_load import CentrifugalLoad
+from stickslip.model.problem.speed import CentrifugalLoad
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.sector import LOWEST, SHARED
 from stickslip.model.structure.cyclic import CyclicStructure
