@@ -24,8 +24,7 @@ from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.curves.curve import solve_curve
-from stickslip.solve.curves.refine import refined
+from stickslip.solve.curves.curve import refined, solve_curve
 from stickslip.support.checks import Array
 from stickslip.support.outcome import Outcome
 

@@ -9,7 +9,7 @@ import xarray as xr
 from analyses.damper_alone.test_damper_cycle import random_case
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
-from stickslip.model.contact.iwan import Iwan
+from stickslip.model.contact.microslip import Iwan
 from stickslip.model.dampers import in_phase, out_of_phase
 from stickslip.model.dampers.laboratory import laboratory_damper
 from stickslip.solve.platforms.cycle import CycleOutcome

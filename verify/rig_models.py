@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade
 from stickslip.model.rigs.single_blade import PlatformBlade, damper_shape, placed_dampers
-from stickslip.model.structure.assembly import Spring, assemble, prefixed
+from stickslip.model.structure.assembly import Motion, RigidBody, Spring, assemble, box_inertia, prefixed
 from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.rigid_body import Motion, RigidBody, box_inertia
 from stickslip.support.checks import Array
 from stickslip.support.units import STANDARD_GRAVITY, N_per_um
 

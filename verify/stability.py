@@ -17,8 +17,8 @@ from stickslip.analyses.time_response import TimeCheck
 from stickslip.model.contact.cubic import CubicSpring
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.friction_disc import FrictionDisc
-from stickslip.model.contact.iwan import Iwan
 from stickslip.model.contact.law import Law
+from stickslip.model.contact.microslip import Iwan
 from stickslip.model.contact.point import Contact, between
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.model.loads import Force

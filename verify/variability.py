@@ -16,8 +16,7 @@ import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.bounds import response_bounds
-from stickslip.analyses.variability.history import response_history
-from stickslip.analyses.variability.samples import response_samples, search_cloud
+from stickslip.analyses.variability.samples import response_history, response_samples, search_cloud
 from stickslip.model.contact.protocol import OFFSET
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade, three_mass_wedge

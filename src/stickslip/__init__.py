@@ -9,7 +9,6 @@ Band(start=480.0, stop=600.0)
 """
 
 import sys
-import warnings
 from typing import Any
 
 import lazy_loader
@@ -18,24 +17,11 @@ from stickslip.support import library_settings, renderers
 
 __version__ = "0.2.0"
 
-_RENAMED = {
-    "Design": "DamperDesign",
-    "FinishedFolder": "CheckpointFolder",
-    "MistunedDisks": "MistunedPopulation",
-    "WhatMatters": "SensitivityIndices",
-    "design_damper": "damper_design",
-    "what_matters": "sensitivity_indices",
-}
-"""Old public names, which still work for one release, with a DeprecationWarning."""
-
 _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __all__ += ["__version__"]
 
 
 def __getattr__(name: str) -> Any:
-    if name in _RENAMED:
-        warnings.warn(f"stickslip.{name} is now stickslip.{_RENAMED[name]}.", DeprecationWarning, stacklevel=2)
-        name = _RENAMED[name]
     if name not in __all__:
         raise AttributeError(f"module 'stickslip' has no attribute {name!r}", name=name, obj=sys.modules[__name__])
     return _load(name)

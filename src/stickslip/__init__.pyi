@@ -8,7 +8,7 @@ from . import units as units
 from .model.readers.read import read_model as read_model, read_structure as read_structure
 from .model.readers.sector import read_sector as read_sector, read_sector_at_speeds as read_sector_at_speeds
 from .model.interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as mean_motion
-from .model.interfaces.surface_contacts import surface_contacts as surface_contacts
+from .model.interfaces.node_surface import surface_contacts as surface_contacts
 from .model.structure.aerodynamics import Aerodynamics as Aerodynamics, BladeMode as BladeMode, blade_alone as blade_alone
 from .model.structure.assembly import Spring as Spring, assemble as assemble
 from .model.structure.cyclic import (
@@ -26,11 +26,11 @@ from .model.structure.matrices import (
 from .model.readers.stress_places import StrainGauge as StrainGauge
 from .model.structure.stress import FatigueLimit as FatigueLimit
 from .model.structure.matrices import Structure as Structure
-from .model.structure.rigid_body import RigidBody as RigidBody, box_inertia as box_inertia
+from .model.structure.assembly import RigidBody as RigidBody, box_inertia as box_inertia
 
 # Loads, outputs and the problem
 from .model.loads import BaseMotion as BaseMotion, Force as Force, Output as Output
-from .model.problem.centrifugal_load import CentrifugalLoad as CentrifugalLoad, in_rotation as in_rotation
+from .model.problem.speed import CentrifugalLoad as CentrifugalLoad, in_rotation as in_rotation
 from .model.problem.load_steps import LoadStep as LoadStep, after_load_steps as after_load_steps
 from .model.problem import Problem as Problem
 from .model.problem.speed import SpeedDependence as SpeedDependence
@@ -42,12 +42,12 @@ from .model.contact.dahl import Dahl as Dahl
 from .model.contact.law import LoadDependentFriction as LoadDependentFriction
 from .model.contact.friction_disc import FrictionDisc as FrictionDisc
 from .model.contact.cubic import Gap as Gap
-from .model.contact.iwan import Iwan as Iwan
+from .model.contact.microslip import Iwan as Iwan
 from .model.contact.lugre import LuGre as LuGre
 from .model.contact.macroslip import Macroslip as Macroslip
 from .model.contact.microslip import MicroslipArray as MicroslipArray
 from .model.contact.point import Contact as Contact, between as between
-from .model.contact.iwan import FourParameter as FourParameter, Hertz as Hertz, Parabolic as Parabolic
+from .model.contact.microslip import FourParameter as FourParameter, Hertz as Hertz, Parabolic as Parabolic
 from .model.contact.point import MeanTraction as MeanTraction, SliderOffset as SliderOffset, TractionRatio as TractionRatio
 from .model.contact.stiffness import (
     LineContact as LineContact,
@@ -89,7 +89,7 @@ from .analyses.sensitivity import Parameter as Parameter, Sensitivity as Sensiti
 
 # Response variability
 from .analyses.variability.bounds import ResponseBounds as ResponseBounds, response_bounds as response_bounds
-from .analyses.variability.history import ResponseHistory as ResponseHistory, response_history as response_history
+from .analyses.variability.samples import ResponseHistory as ResponseHistory, response_history as response_history
 from .analyses.variability.samples import ResponseSamples as ResponseSamples, response_samples as response_samples
 
 # Damper performance and design
@@ -125,7 +125,7 @@ from .analyses.damper_alone.cycle import damper_evolution as damper_evolution, s
 from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors
 from .laboratory.identification.contact_law.fit import ContactLoop as ContactLoop
 from .laboratory.identification.contact_law.result import ContactLaw as ContactLaw
-from .laboratory.identification.contact_law.work import contact_law as contact_law, identify_law as identify_law
+from .laboratory.identification.contact_law.work import contact_law as contact_law
 from .laboratory.identification.damper.result import Identification as Identification
 from .laboratory.identification.damper.work import identify as identify
 from .laboratory.identification.response.prediction_result import ResponsePrediction as ResponsePrediction

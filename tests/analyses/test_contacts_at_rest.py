@@ -9,7 +9,7 @@ from study.test_surfaces_study import folder  # noqa: F401
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip.analyses.contacts_at_rest import as_lines, by_surface, rest_of
+from stickslip.analyses.static_load import as_lines, by_surface, rest_of
 from stickslip.cli import app
 from stickslip.model.problem.at_rest import at_rest, rest_variables
 from stickslip.rigs import blade_root

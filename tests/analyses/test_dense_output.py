@@ -8,8 +8,7 @@ import stickslip as ss
 from robustness.problems import random_case
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.steps import StepControl
-from stickslip.solve.curves.curve import solve_curve
-from stickslip.solve.curves.refine import refined
+from stickslip.solve.curves.curve import refined, solve_curve
 from stickslip.support.outcome import Outcome
 
 RIGS = {

@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.analyses.harmonic_choice import _worst_points, sampling_warning
+from stickslip.analyses.isolated import other_motion_warning
 from stickslip.analyses.mistuning.work import _blades, damper_work
-from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.stress import margins
 from stickslip.cli import app
 from stickslip.laboratory.identification.response.prediction import ResponsePredictionWork
@@ -31,8 +31,7 @@ from stickslip.show.report.sections import peaks
 from stickslip.show.report.stress import largest_stresses
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, quantity_named
-from stickslip.solve.curves.curve import solve_curve
-from stickslip.solve.curves.refine import refined
+from stickslip.solve.curves.curve import refined, solve_curve
 from stickslip.solve.peaks.search import PeakSearch
 
 LOW, HIGH, LEVEL = 1.0, 1.3, 0.05
@@ -202,7 +201,7 @@ def test_another_motion_is_compared_with_the_curve_inside(curve, monkeypatch):
         key=lambda point: highest_of(balance, [point]),
     )
     assert highest_of(balance, [higher]) < beyond
-    monkeypatch.setattr("stickslip.analyses.other_motion._entering", lambda *given: iter([(LOW, [higher])]))
+    monkeypatch.setattr("stickslip.analyses.isolated._entering", lambda *given: iter([(LOW, [higher])]))
     assert other_motion_warning(balance, found, DISPLACEMENT_AMPLITUDE).startswith("Another motion enters the band")
 
 

@@ -7,7 +7,7 @@ import pytest
 from analyses.test_peak_shapes import BAND, LEVELS, MODES_TO, parts
 
 import stickslip as ss
-from stickslip.analyses.static_history import seated_balance
+from stickslip.analyses.static_load import seated_balance
 from stickslip.analyses.truncation import finer_sentences
 from stickslip.model.contact.point import SliderOffset
 from stickslip.model.problem.at_rest import at_rest, rest_variables, seated

@@ -17,7 +17,6 @@ from stickslip.cli.app import claimed
 from stickslip.results.files import open_results
 from stickslip.runs.work import CheckpointFolder
 from stickslip.show.report import markup
-from stickslip.show.report.responses import PRESENTATION
 from stickslip.support import console
 from stickslip.support.files import LIST
 
@@ -372,7 +371,9 @@ def test_a_fault_of_the_program_has_no_traceback_unless_asked(one_mass, monkeypa
 def test_a_curve_that_breaks_off_is_said(one_mass, tmp_path, monkeypatch):
     """Results are written all the same; scripts see the exit code."""
     one_mass.write_text(QUICK)
-    broken = replace(PRESENTATION, failures=lambda dataset: ["force 0.5: the curve stopped at 0.2 Hz."])
+    broken = replace(
+        markup.presentations()["forced_response"], failures=lambda dataset: ["force 0.5: the curve stopped at 0.2 Hz."]
+    )
     monkeypatch.setitem(markup._PRESENTATIONS, "forced_response", broken)
     markup.presentation_named.cache_clear()
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out")

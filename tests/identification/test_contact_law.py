@@ -2,7 +2,6 @@
 
 import gzip
 import re
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -289,14 +288,6 @@ def test_wrong_arguments_are_refused():
         ss.contact_law([one, contact_cycles(one)])
     with pytest.raises(InputError, match="force_gain must not be negative"):
         ss.LoopErrors(force_gain=-1.0)
-
-
-def test_the_old_name_warns():
-    loop = ss.ContactLoop(*loop_of(np.ones(1), KT, MU, N, 8e-6), N)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        assert ss.identify_law([loop], laws=["jenkins"]).mu == pytest.approx(MU, rel=1e-3)
-    assert "contact_law" in str(caught[0].message)
 
 
 @pytest.fixture(scope="module")

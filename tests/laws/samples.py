@@ -16,11 +16,10 @@ import stickslip.model.contact
 from stickslip.model.contact.cubic import CubicSpring, Gap
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.friction_disc import FrictionDisc
-from stickslip.model.contact.iwan import FourParameter, Hertz, Iwan, Parabolic, Spectrum
 from stickslip.model.contact.law import Law, LoadDependentFriction
 from stickslip.model.contact.lugre import LuGre
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.microslip import FourParameter, Hertz, Iwan, MicroslipArray, Parabolic, Spectrum
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.model.contact.valanis import Valanis
 

@@ -11,8 +11,7 @@ from scipy import integrate
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.time_response import time_response
-from stickslip.model.contact.iwan import FourParameter, Hertz, Iwan, Parabolic
-from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.microslip import FourParameter, Hertz, Iwan, MicroslipArray, Parabolic
 from stickslip.model.contact.point import Contact, between
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.solve.peaks.intervals import Cubic
+from stickslip.solve.peaks.search import Cubic
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.solve.peaks.intervals import Interval, Sample, SegmentPoint, highest_inside
+from stickslip.solve.peaks.search import Interval, Sample, SegmentPoint, highest_inside
 
 NOTHING = np.zeros(0)
 

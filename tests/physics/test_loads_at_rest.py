@@ -7,7 +7,7 @@ import pytest
 from scipy import optimize
 
 import stickslip as ss
-from stickslip.analyses.static_history import opened
+from stickslip.analyses.static_load import opened
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.study import job
 from stickslip.study.run_time import model_summary

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.performance.scaled_problem import centrifugal_pull
+from stickslip.analyses.performance.work import centrifugal_pull
 from stickslip.model.problem import meshed
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.model.readers.model import Model

@@ -17,11 +17,11 @@ ROOT = Path(__file__).parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"
 HEAD = re.compile(r"\| (term|analysis) \|")
 
-# Words that the glossary's terms replaced, as regular expressions without regard to case; (?!...) lets tables of old names stand.
+# Words that the glossary's terms replaced, as regular expressions without regard to case.
 REPLACED = {
     r"summit": "peak",
     r"\bcrests?_|_crest\b|\bCrest\b|corner crest": "peak band",
-    r"doubt(?!\"|s = |s\"|ed\b|ful)": "warning",
+    r"doubt(?!\"|ed\b|ful)": "warning",
     r"densif": "refine",
     r"\bleft_out\b|LeftOut": "truncation",
     r"falls?_apart": "uncoupled waves",
@@ -30,10 +30,10 @@ REPLACED = {
     r"(?-i:\bRoom\b)": "workspace",
     r"foret(old|ell)": "predicted",
     r"\btold\b|\btell(s|ing)?\b|_tell\b|_told\b": "report",
-    r"what[_-]?matters(?!\": \")": "sensitivity indices",
-    r"design_damper(?!\": )": "damper_design",
-    r"MistunedDisks(?!\": )": "MistunedPopulation",
-    r"FinishedFolder(?!\": )": "CheckpointFolder",
+    r"what[_-]?matters": "sensitivity indices",
+    r"design_damper": "damper_design",
+    r"MistunedDisks": "MistunedPopulation",
+    r"FinishedFolder": "CheckpointFolder",
     r"results_told": "results_representative",
 }
 READ = sorted(

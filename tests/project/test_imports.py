@@ -16,7 +16,7 @@ ROOT = Path(stickslip.__file__).parent
 
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
-    ("support/checks", "support/machine", "support/outcome", "support/interrupts", "support/late", "support/renamed"),
+    ("support/checks", "support/machine", "support/outcome", "support/interrupts", "support/late"),
     ("support/library_settings",),
     ("support/compilation", "support/files", "support/renderers", "support/units"),
     ("support/console", "support/kernels"),

@@ -9,7 +9,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.model.readers.ansys import installed
-from stickslip.model.readers.describe import describe
+from stickslip.model.readers.model import describe
 from stickslip.support.checks import InputError
 
 needs_reader = pytest.mark.skipif(not installed(), reason='needs ansys-mapdl-reader: pip install "stickslip[ansys]"')

@@ -19,10 +19,10 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.model.readers.describe import describe
+from stickslip.model.readers.model import describe
 from stickslip.model.readers.stress_places import centrifugal_loads
 from stickslip.model.structure.centrifugal import RotationAxis
-from stickslip.model.structure.complete_modes import lowest_modes
+from stickslip.model.structure.modes import lowest_modes
 from stickslip.model.structure.solid import BRICK, BRICK_EDGES, TETRAHEDRON_EDGES, Group, Material, mesh_matrices
 from stickslip.results.files import open_results
 from stickslip.study import read as read_study

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.model.readers.describe import describe
+from stickslip.model.readers.model import describe
 from stickslip.model.structure.modes import natural_modes
 from stickslip.study import read
 from stickslip.support.checks import InputError

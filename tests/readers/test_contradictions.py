@@ -6,7 +6,7 @@ from readers import nastran_files
 from scipy import io, sparse
 
 import stickslip as ss
-from stickslip.model.readers import describe
+from stickslip.model.readers import model
 from stickslip.study import job
 from stickslip.support.checks import InputError
 
@@ -50,7 +50,7 @@ def test_a_deck_without_nodes_and_nodes_at_one_point_are_said(chain, tmp_path):
     (tmp_path / "job.inp").write_text("")
     assert "job.inp holds no nodes." in ss.read_model(path).notes
     (tmp_path / "job.inp").write_text("*NODE\n" + "".join(f"{k}, 1.0, 2.0, 3.0\n" for k in (1, 2, 3)))
-    (one,) = [line for line in describe.lines(describe.describe(ss.read_model(path))) if "lie at one point" in line]
+    (one,) = [line for line in model.lines(model.describe(ss.read_model(path))) if "lie at one point" in line]
     assert "All 3 nodes" in one
 
 

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 import stickslip as ss
 from stickslip.model.readers.deck import OWN_AXES, Deck, NodeAxes, along_model
-from stickslip.model.readers.describe import describe
 from stickslip.model.readers.input_deck import read_deck
+from stickslip.model.readers.model import describe
 from stickslip.model.readers.nastran_deck import CoordinateSystem
 from stickslip.model.structure.solid import box_mesh, solid
 

@@ -5,8 +5,8 @@ import pytest
 from scipy import linalg
 
 import stickslip as ss
-from stickslip.model.readers.describe import describe
-from stickslip.model.structure.complete_modes import lowest_modes
+from stickslip.model.readers.model import describe
+from stickslip.model.structure.modes import lowest_modes
 from stickslip.model.structure.solid import box_mesh, solid
 from stickslip.support.checks import Faults, InputError
 

@@ -15,7 +15,7 @@ from readers.test_hostile import archive, bomb
 from scipy import sparse
 
 import stickslip as ss
-from stickslip.model.readers import ansys, matrix_market, nastran_dmig, nastran_op4, process
+from stickslip.model.readers import ansys, matrix_files, nastran_deck, nastran_op4, process
 from stickslip.support.checks import InputError
 
 pytestmark = [pytest.mark.filterwarnings("ignore::UserWarning"), pytest.mark.filterwarnings("ignore::DeprecationWarning")]
@@ -140,9 +140,9 @@ def test_counts_and_types_of_matrix_market(content, said, tmp_path):
 )
 def test_arrays_store_columns(symmetry, values, right, tmp_path):
     (tmp_path / "a.mtx").write_text(f"{HEAD} array integer {symmetry}\n% a comment\n\n2 2\n{values}")
-    np.testing.assert_array_equal(matrix_market.read(tmp_path / "a.mtx").matrices[""], right)
+    np.testing.assert_array_equal(matrix_files.read_matrix_market(tmp_path / "a.mtx").matrices[""], right)
     (tmp_path / "a.mtx").write_text(f"{HEAD} array complex hermitian\n2 2\n1 0\n2 5\n3 0\n")
-    np.testing.assert_array_equal(matrix_market.read(tmp_path / "a.mtx").matrices[""], [[1, 2 - 5j], [2 + 5j, 3]])
+    np.testing.assert_array_equal(matrix_files.read_matrix_market(tmp_path / "a.mtx").matrices[""], [[1, 2 - 5j], [2 + 5j, 3]])
 
 
 def op4(columns="", header="       2       2       6       2KAA     1P,3E23.16"):
@@ -209,13 +209,13 @@ def test_lost_commas_and_stray_lines_of_dmig(before, after, said, chain, tmp_pat
     assert before in path.read_text()
     path.write_text(path.read_text().replace(before, after, 1))
     with pytest.raises(InputError, match=said):
-        nastran_dmig.read(path)
+        nastran_deck.read(path)
 
 
 def test_columns_that_a_header_of_dmig_names_and_the_file_lacks(chain, tmp_path):
     path = chain.save(tmp_path, "dmig_free")
     path.write_text(path.read_text().replace("DMIG,KAA,6,1,,6,1,294737.0\n", ""))
-    assert "DMIG KAA holds 5 columns of the 6 that its header names." in nastran_dmig.read(path).notes
+    assert "DMIG KAA holds 5 columns of the 6 that its header names." in nastran_deck.read(path).notes
 
 
 def test_places_of_stiffness_and_mass_of_calculix(tmp_path):

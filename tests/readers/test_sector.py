@@ -9,9 +9,9 @@ from meshed_waves import cyclic_frequencies
 from scipy import linalg, sparse
 
 import stickslip as ss
+from stickslip.analyses.speed.models import Turning
 from stickslip.model.readers.read import read_model
-from stickslip.model.readers.sector import Faces, sector_of_model
-from stickslip.model.readers.sector_faces import _weights
+from stickslip.model.readers.sector import Faces, _weights, sector_of_model
 from stickslip.model.readers.stress_places import prestress_note, spin_softening
 from stickslip.model.rigs.octopus_blisk import BliskSector
 from stickslip.model.structure.centrifugal import RotationAxis
@@ -23,7 +23,6 @@ from stickslip.model.structure.cyclic_reduction import (
     shared_modes,
     shared_waves,
 )
-from stickslip.model.structure.turning import Turning
 
 COARSE = BliskSector(sectors=6, cells=(1, 1, 1))
 

@@ -131,7 +131,7 @@ def test_a_design_without_an_optimum_opens_without_a_table():
 def test_warnings_of_curves_stand_before_the_chart(monkeypatch):
     """As speed sweeps and nonlinear modes word them on the console, behind the numbers."""
     lines = ["highest peak 1 mm", "  curve 1: 1 mm", "  warning, curve 1: Too few samples. Take 512."]
-    shown = Presentation("Curves", lambda _: lines, lambda _: [], lambda _: {"damper_cycles": damper_cycles}, lambda _: {})
+    shown = Presentation("Curves", lambda _: lines, lambda _: {"damper_cycles": damper_cycles}, lambda _: {})
     monkeypatch.setattr(page, "presentation_of", lambda _: shown)
     dataset = steady_cycles(damper(), out_of_phase(0.3e-6), starts=1, steps=50).dataset
     html = overview({"a": dataset}, Charts(["a"]))

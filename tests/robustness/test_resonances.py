@@ -12,8 +12,7 @@ from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.resonances import REMEMBERED, Resonances
 from stickslip.solve.continuation import steps
-from stickslip.solve.curves.curve import solve_curve
-from stickslip.solve.curves.refine import _hills
+from stickslip.solve.curves.curve import _hills, solve_curve
 from stickslip.solve.peaks.search import PeakSearch
 
 CASES = [

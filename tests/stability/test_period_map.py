@@ -18,9 +18,8 @@ from stickslip.model.contact.point import SliderOffset, contact_table
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import fourier
 from stickslip.solve.balance.linear_part import states
-from stickslip.solve.stability.modes import block_modes
 from stickslip.solve.stability.multipliers import ContactPeriod, PeriodMap, _size_change
-from stickslip.solve.stability.period_map import Tangent, _block_step, landing_rates, law_tangent
+from stickslip.solve.stability.period_map import Tangent, _block_step, block_modes, landing_rates, law_tangent
 from stickslip.solve.time.contact_law import Earlier, contact_law, no_slopes
 from stickslip.support.kernels import uncompiled
 

@@ -6,7 +6,7 @@ from each import each
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
-from stickslip.model.structure.complete_modes import eigenpairs_above
+from stickslip.model.structure.modes import eigenpairs_above
 
 
 def chain(size):

@@ -7,8 +7,8 @@ from scipy import linalg, sparse
 
 import stickslip as ss
 from stickslip.model.structure import factor, pardiso
-from stickslip.model.structure.complete_modes import BLOCK, held_modes, lowest_modes
 from stickslip.model.structure.factor import Pencil
+from stickslip.model.structure.modes import BLOCK, held_modes, lowest_modes
 
 needs_mkl = pytest.mark.skipif(not pardiso.usable(), reason="no wheel of MKL for this machine")
 

@@ -12,8 +12,8 @@ from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact, Motion, difference, node
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
+from stickslip.model.structure.assembly import RigidBody
 from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.support.units import N_per_um
 
 PLATFORMS = ("left.x", "left.y", "right.x", "right.y")

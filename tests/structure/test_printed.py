@@ -7,7 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.model.readers.model import Model
-from stickslip.model.structure.sparse import symmetric_sparse
+from stickslip.model.structure.matrices import symmetric_sparse
 from stickslip.model.structure.stress import StressRecovery
 
 CHAIN = ss.Structure(np.eye(300), np.eye(300), tuple(f"{k}.x" for k in range(300)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from stickslip.model.structure.rigid_body import SPACE, RigidBody, box_inertia
+from stickslip.model.structure.assembly import SPACE, RigidBody, box_inertia
 from stickslip.support.checks import InputError
 
 SEEDS = range(4)

@@ -9,13 +9,11 @@ import pytest
 from scipy import sparse
 
 import stickslip as ss
-from stickslip.model.readers.describe import describe
-from stickslip.model.readers.model import Model
+from stickslip.model.readers.model import Model, describe
 from stickslip.model.rigs.beams import beam_mass, beam_stiffness
-from stickslip.model.structure.complete_modes import lowest_modes
 from stickslip.model.structure.cyclic import sector_chain
 from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.modes import natural_modes, rigid_motions
+from stickslip.model.structure.modes import lowest_modes, natural_modes, rigid_motions
 from stickslip.model.structure.solid import box_mesh, solid
 
 YOUNG, DENSITY, WIDTH = 2.1e11, 7800.0, 0.02

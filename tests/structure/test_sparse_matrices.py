@@ -6,8 +6,7 @@ from each import each
 from scipy import sparse
 
 from stickslip.model.structure.cyclic import sector_chain
-from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.sparse import symmetric_sparse
+from stickslip.model.structure.matrices import Structure, symmetric_sparse
 from stickslip.support.checks import InputError
 
 DOFS = ("1.x", "2.x", "3.x")

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 from scipy import linalg, sparse
 
-from stickslip.model.structure.assembly import Spring, assemble
-from stickslip.model.structure.matrices import ModalDamping, Structure
+from stickslip.model.structure.assembly import RigidBody, Spring, assemble
+from stickslip.model.structure.matrices import ModalDamping, SparseStructure, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface
 from stickslip.model.structure.modes import unresisted
-from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.solid import box_mesh, solid
-from stickslip.model.structure.sparse import SparseStructure
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.model.structure.stuck_mesh import StuckMesh
 from stickslip.support.checks import InputError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from stickslip.model.structure.turning import Turning
+from stickslip.analyses.speed.models import Turning
 
 ANGLE = 0.02
 

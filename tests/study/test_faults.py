@@ -71,7 +71,6 @@ ONE_CHANGE = [
     ),
     ('direction = "2.x"', 'direction = "3.x"', "[[force]] 1: direction: degree of freedom '3.x' does not exist"),
     ('direction = "2.x"', "", "[[force]] 1: direction must be given"),
-    ('direction = "2.x"', 'at = "2.x"', "[[force]] 1: at is called direction now. Write direction instead."),
     ("amplitude = 1.0", "amplitude = [1.0, 2.0, 3.0]", "amplitude must have at most 2 entries"),
     ("amplitude = 1.0", "static = 1.0", "forces must contain a harmonic force, but is 'none'"),
     ("amplitude = 1.0", "amplitude = 1.0\nharmonic = 7", "harmonics must reach the load's harmonic 7, but is 5"),

@@ -12,7 +12,7 @@ from study.test_surfaces_study import folder as blades  # noqa: F401
 
 import stickslip as ss
 from stickslip.model.problem.at_rest import normal_loads_at_rest
-from stickslip.model.problem.centrifugal_load import inertia_along
+from stickslip.model.problem.speed import inertia_along
 from stickslip.model.readers.read import read_model
 from stickslip.model.readers.stress_places import spin_softening
 from stickslip.model.structure.centrifugal import CentrifugalLoads, RotationAxis, softening

@@ -8,7 +8,7 @@ import pytest
 from readers.test_calculix import DATA, printed_frequencies
 
 import stickslip as ss
-from stickslip.model.structure.complete_modes import lowest_modes
+from stickslip.model.structure.modes import lowest_modes
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(not shutil.which("ccx"), reason="needs CalculiX (calculix-ccx)")]
 

@@ -15,10 +15,10 @@ import numpy as np
 from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked_curves
 from stickslip.analyses.settings import (
     Execution,
-    Frequencies,
     OfProblem,
     OneBalance,
     OutputNumber,
+    OverBand,
     Sampled,
     Setting,
     ends_of,
@@ -95,11 +95,10 @@ def _motion(name: str, value: Any) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class HeldMotion(OneBalance, Sampled):
+class HeldMotion(OneBalance, OverBand, Sampled):
     """What a laboratory holds: the amplitude of an output, over a band."""
 
     problem: OfProblem
-    band: Frequencies
     amplitude: Annotated[
         float | Sequence[float],
         Setting(amplitudes_of, "held amplitudes: length, length/time or length/time², in the units of the study"),
@@ -142,16 +141,6 @@ class ControlledResponseWork(HeldMotion, Execution):
     """A controlled response as independent cases, one amplitude each."""
 
     @property
-    def frequencies(self) -> list[float]:
-        """In Hz, in the order of travel."""
-        return [self.band.start, self.band.stop] if isinstance(self.band, Band) else list(self.band)
-
-    @property
-    def exactly(self) -> bool:
-        """Whether only these frequencies are wanted."""
-        return not isinstance(self.band, Band)
-
-    @property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
         others = self.identity("amplitude")
@@ -170,7 +159,7 @@ class ControlledResponseWork(HeldMotion, Execution):
         started = time.process_time()
         with one_blas_thread():
             balance = self.held(case)
-            curve = controlled_curve(balance, [2.0 * np.pi * f for f in self.frequencies], self.exactly, report)
+            curve = controlled_curve(balance, [2.0 * np.pi * f for f in self.frequencies], self.listed, report)
             whole = curve_arrays(balance, curve)
             arrays = {name: whole[name] for name in (*ALONG, "case_outcome", "case_message")}
             at = np.flatnonzero(whole["outcome"] == Outcome.CONVERGED)
@@ -182,7 +171,7 @@ class ControlledResponseWork(HeldMotion, Execution):
                 motion = turned_motion(balance, point.evaluation, row, phase or 0.0)
                 arrays["phase"][k] = np.degrees(np.angle(motion))
             phase = force_phase(self.problem, 2.0 * np.pi * self.frequencies[0])
-            found = [] if phase is None or self.exactly else phase_resonances(balance, curve.points, phase)
+            found = [] if phase is None or self.listed else phase_resonances(balance, curve.points, phase)
             found = [each for each in found if curve.holds(each.evaluation.point.omega)]
             arrays |= resonance_arrays(balance, [each.evaluation for each in found])
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies)

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analyses.contacts_at_rest import rest_of
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import (
     broken_warning,
@@ -23,10 +22,9 @@ from stickslip.analyses.harmonic_choice import (
     sufficient_harmonics,
     without_ripples,
 )
-from stickslip.analyses.isolated import Isolated, searched, sought_unasked, take_from_modes, unsought
+from stickslip.analyses.isolated import Isolated, other_motion_warning, searched, sought_unasked, take_from_modes, unsought
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
-from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_shapes import (
     SETTLED,
     Highest,
@@ -60,7 +58,7 @@ from stickslip.analyses.solved_points import (
     with_shapes,
 )
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
-from stickslip.analyses.static_history import Seated, history_change, opened, seated_balance
+from stickslip.analyses.static_load import Seated, history_change, opened, rest_of, seated_balance
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
 from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
@@ -99,15 +97,13 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import Harmonics, attribute, fourier, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.curves.curve import Curve, CurveStopped, refuse_hidden, solve_curve, stopped_curve
-from stickslip.solve.curves.refine import refined
+from stickslip.solve.curves.curve import Curve, CurveStopped, refined, refuse_hidden, solve_curve, stopped_curve
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.time.period import DEFAULT_METHOD, Method
 from stickslip.support.checks import InputError, between, fault, of_kind
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import Band
 
@@ -474,7 +470,6 @@ def _recovery(problem: Problem, given: StressRecovery | None) -> StressRecovery:
     return found
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(ForcedResponseSettings)
 def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     """Steady response X_h(ω) of M q̈ + C q̇ + K q + Bᵀ f(B q) = p over a band, by harmonic balance.

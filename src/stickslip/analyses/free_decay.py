@@ -197,7 +197,6 @@ def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
     """The dataset of a decay with the curves of nonlinear modes `with_decays` (case, point), their swing and damping as a decay
     shows them."""
     axes = ("mode", "mode_point")
-
     damping = modes["decay_damping_ratio"].values[..., 0]
     found = {
         "mode_amplitude": named((*axes, "output"), modes["swing"].values, "amplitude of the nonlinear mode", "m"),

@@ -1,4 +1,5 @@
-"""Isolas and other detached curves, which the swept one does not meet: from nonlinear modes, and along the force level.
+"""Motions of a force level that its swept curve does not meet: isolas and other detached curves, and a curve that enters the band
+from outside.
 
 A sweep follows the curve that it begins on. Where the force that a mode needs in resonance falls with the amplitude, one force
 level has several resonance peaks, and those above the first may lie on a curve of their own. A motion over p periods of the
@@ -16,6 +17,10 @@ ball about F g/(2 i ω), and
     |cᵀ X_1| ≤ F/(2 ω) (|dᵀ f| + √(dᵀ c) √(gᴴ f)).
 
 An S-curve beyond the bound may still come back: that is where a search ends, and no proof.
+
+Where a resonance leans over the band, a curve that begins inside stays below it, and one that begins outside climbs it: the band
+then decides which of the two a sweep follows. Newton's method from other starts at the same frequencies finds neither more often
+than the curve itself; a curve from beyond an end does.
 """
 
 from __future__ import annotations
@@ -24,28 +29,31 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.further_curves import SolvedCurve, passes
-from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.further_curves import NEAR, SolvedCurve, passes
+from stickslip.analyses.response_dataset import ContactRows, of_parts
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
 from stickslip.model.problem.problem import HELD_ALONE
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.fourier import real_harmonics
+from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.continuation import solve_cold, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, Tangent, solve_at
 from stickslip.solve.continuation.finer_peak import pad, resolved
-from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.continuation.sweep import Followed, followed_both_ways
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import SMALLEST, Array, counted
 from stickslip.support.late import xr
+from stickslip.support.outcome import Outcome
 
 PLACES = 16
 """Points of a mode from which subharmonic motions are sought."""
@@ -84,15 +92,15 @@ class ModeMotions:
         good = np.flatnonzero(np.isfinite(modes["frequency"].values[case]))
         chosen = modes.isel(case=case, point=good)
         carried, moved = (
-            np.array([rows.collected(each) for each in _complex(chosen[name])]).reshape(good.size, balance.rows, -1)
+            np.array([rows.collected(each) for each in of_parts(chosen[name].values)]).reshape(good.size, balance.rows, -1)
             for name in ("contact_force", "contact_motion")
         )
-        motion = np.concatenate([moved, _complex(chosen["response"])], axis=1)
+        motion = np.concatenate([moved, of_parts(chosen["response"].values)], axis=1)
         force = carried - balance.stiffness[:, None] * moved
         load = balance.problem.load_powers(max(h for each in balance.problem.forces for h in each.factors))[0]
         first = balance.first
         driven = load[:, first.start] - 1j * load[:, first.start + 1]
-        phase = np.angle(-1j * (_complex(chosen["mode_shape"]).conj() @ driven))
+        phase = np.angle(-1j * (of_parts(chosen["mode_shape"].values).conj() @ driven))
         level = chosen["peak_force_level"].values if "peak_force_level" in chosen else np.full(good.size, np.nan)
         amplitude = chosen["modal_amplitude"].values
         return cls(2.0 * np.pi * chosen["frequency"].values, level, force, motion, phase, amplitude)
@@ -106,11 +114,6 @@ class ModeMotions:
         omega = (1.0 - share) * self.omega[k] + share * self.omega[k + 1]
         point = Point(pad(real_harmonics(force), balance.columns), float(omega), level)
         return Start(point, pad(real_harmonics(motion), balance.columns))
-
-
-def _complex(array: xr.DataArray) -> NDArray[np.complex128]:
-    parts = array.transpose(..., "part").to_numpy()
-    return np.asarray(parts[..., 0] + 1j * parts[..., 1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -433,3 +436,109 @@ def searched(curve: SolvedCurve) -> tuple[list[Curve], str]:
     search = LevelCurves(curve, isolated, int(each * len(curve.points)))
     search.search()
     return isolated.curves, search.sentence
+
+
+BEYOND = (1.25, 2.0)
+"""How many times beyond an end of the band, in frequency, other curves begin: a resonance may lean farther than the first."""
+
+MOST_POINTS = 600
+
+HIGHER = 1.1
+"""How many times as high as the curve another one must rise inside the band for a warning."""
+
+LEAST_SPENT, SHARE = 3e9, 0.1
+"""(Rows of the Newton matrix)³ times steps that may be taken, a fifth of a second or so, or this share of what the curve took."""
+
+
+def other_motion_warning(balance: HarmonicBalance, curve: Curve, measure: Measure) -> str:
+    """What to say where a higher motion enters the band through one of its ends; empty where none is met."""
+    if curve.outcome != Outcome.CONVERGED or len(curve.points) < 2:
+        return ""
+    ends = curve.points[0], curve.points[-1]
+    if ends[0].point.omega > ends[1].point.omega:
+        ends = ends[1], ends[0]
+    own = _sizes(balance, curve.inside, measure)
+    upwards, downwards = [1.0 / factor for factor in BEYOND], BEYOND
+    for begin, points in chain(_entering(balance, curve, *ends[::-1], downwards), _entering(balance, curve, *ends, upwards)):
+        sizes = _sizes(balance, points, measure)
+        ratios = sizes.max(axis=0) / np.maximum(own.max(axis=0), np.finfo(float).tiny)
+        output = int(np.argmax(np.where(own.max(axis=0) > 0.0, ratios, 0.0)))
+        if ratios[output] > HIGHER:
+            highest = balance.hertz(points[int(np.argmax(sizes[:, output]))].point.omega)
+            enters, begins = (balance.hertz(omega) for omega in (points[0].point.omega, begin))
+            return (
+                f"Another motion enters the band at {enters:.6g} Hz, with {ratios[output]:.3g} times the highest "
+                f"{balance.problem.output_names[output]} of this curve, at {highest:.6g} Hz. Which one occurs depends on "
+                f"how the vibration starts: repeat the run with a band that starts at {begins:.4g} Hz."
+            )
+    return ""
+
+
+def _entering(
+    balance: HarmonicBalance, curve: Curve, edge: CurvePoint, far: CurvePoint, beyond: Sequence[float]
+) -> Iterator[tuple[float, list[CurvePoint]]]:
+    """The curves that enter the band through an edge: ω in rad/s at which each begins, and its points inside, that at the edge
+    first. The one from nearby is not followed where that from farther away leads through its first point."""
+    near, away = (solve_cold(balance, factor * edge.point.omega, curve.level) for factor in beyond)
+    farther, through = _inside(balance, curve, edge, far, away, near)
+    found = [(near, farther)] if through else [(near, _inside(balance, curve, edge, far, near)[0]), (away, farther)]
+    yield from ((first.evaluation.point.omega, points) for first, points in found if points)
+
+
+def _inside(
+    balance: HarmonicBalance,
+    curve: Curve,
+    edge: CurvePoint,
+    far: CurvePoint,
+    first: Correction,
+    between: Correction | None = None,
+) -> tuple[list[CurvePoint], bool]:
+    """The points inside the band of the curve from a motion outside, and whether it led through another motion to the edge.
+
+    None where it is the curve itself that it meets at the edge, which it may pass several times, and where it cannot be followed
+    with what may be spent.
+    """
+    if not first.converged:
+        return [], False
+    left = max(LEAST_SPENT, SHARE * sum(float(point.iterations) * point.active**3 for point in curve.points))
+    inside: list[CurvePoint] = []
+    through, omega = False, edge.point.omega
+    low, high = sorted((omega, far.point.omega))
+    try:
+        for before, point in pairwise(trace(balance, first, "omega", far.point.omega, StepControl(points=MOST_POINTS))):
+            left -= max(point.iterations, 1.0) * float(point.active) ** 3
+            if between is not None and between.converged and not inside:
+                through = through or _passes(balance, before, point, between.evaluation)
+            if not inside and (before.point.omega - omega) * (point.point.omega - omega) < 0.0:
+                inside.append(solve_at(balance, before, point, "omega", omega))
+                if any(_same(inside[0].evaluation, each.evaluation) for each in curve.points if each.point.omega == omega):
+                    return [], through
+            if inside and low <= point.point.omega <= high:
+                inside.append(point)
+            if left < 0.0:
+                break
+    except LostCurveError:
+        pass
+    return inside, through and len(inside) > 0
+
+
+def _passes(balance: HarmonicBalance, before: CurvePoint, point: CurvePoint, motion: Evaluation) -> bool:
+    """Whether a step passes a motion."""
+    omega = motion.point.omega
+    if (before.point.omega - omega) * (point.point.omega - omega) >= 0.0:
+        return False
+    with suppress(LostCurveError):
+        return _same(solve_at(balance, before, point, "omega", omega).evaluation, motion)
+    return False
+
+
+def _same(one: Evaluation, other: Evaluation) -> bool:
+    """Whether two solutions at one frequency are one motion."""
+    a, b = one.w[:, 1:], other.w[:, 1:]
+    return float(np.linalg.norm(a - b)) <= NEAR * float(np.linalg.norm(b))
+
+
+def _sizes(balance: HarmonicBalance, points: tuple[CurvePoint, ...] | list[CurvePoint], measure: Measure) -> Array:
+    """The measure of every output, (points, outputs)."""
+    outputs = range(balance.rows, balance.rows + len(balance.problem.outputs))
+    return np.array([[measure.size(point.evaluation.w[row], point.point.omega) for row in outputs] for point in points])

@@ -21,7 +21,7 @@ from stickslip.model.contact.point import Contact
 from stickslip.model.contact.protocol import OPEN, STICK
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.model.structure.rigid_body import arm_of
+from stickslip.model.structure.assembly import arm_of
 from stickslip.results.schema import named, stacked, system_of
 from stickslip.results.view import highest_peak, level_text, periods_of
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle

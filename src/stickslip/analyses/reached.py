@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stickslip.analyses.response_dataset import of_parts
 from stickslip.analyses.solved_points import SolvedPoints, response_at
 from stickslip.analyses.stability import flags_of
 from stickslip.analyses.time_response import harmonics_of, time_response
@@ -74,7 +75,7 @@ class MotionsOfLevel:
         self.points = {case: converged_points(self.dataset, case) for case in self.cases}
         self.frequency = {case: self.dataset["frequency"].values[case, self.points[case]] for case in self.cases}
         parts = {case: self.dataset["response"].values[case, self.points[case]] for case in self.cases}
-        self.response = {case: (each[..., 0] + 1j * each[..., 1]).reshape(len(each), -1) for case, each in parts.items()}
+        self.response = {case: of_parts(each).reshape(len(each), -1) for case, each in parts.items()}
 
     def settled(self, question: str, frequency: float, start: TimeStart | None = None) -> Place | None:
         """The place of the curves on which time integration at a frequency ends, from rest unless a start is given; None where it

@@ -264,19 +264,23 @@ def point_values(balance: HarmonicBalance, rows: ContactRows, evaluations: Seque
     motion, outputs = np.split(np.array([each.w for each in evaluations]), [balance.rows], axis=1)
     forces = np.array([balance.carried_forces(each) for each in evaluations])
     return {
-        "response": _parts(outputs),
+        "response": parts(complex_harmonics(outputs)),
         "amplitude": np.hypot(*np.moveaxis(outputs[..., balance.first], -1, 0)),
         "rms": np.sqrt(outputs[..., 0] ** 2 + 0.5 * np.sum(outputs[..., 1:] ** 2, axis=-1)),
         "max_abs": np.array([[largest_absolute(row)[0] for row in each] for each in outputs]),
-        "contact_motion": rows.spread(_parts(motion), axis=1),
-        "contact_force": rows.spread(_parts(forces), axis=1),
+        "contact_motion": rows.spread(parts(complex_harmonics(motion)), axis=1),
+        "contact_force": rows.spread(parts(complex_harmonics(forces)), axis=1),
     }
 
 
-def _parts(motion: Array) -> Array:
-    """Complex harmonics as (..., H+1, 2): real and imaginary part."""
-    values = complex_harmonics(motion)
+def parts(values: NDArray[np.complex128]) -> Array:
+    """Complex values as (..., 2): real and imaginary part."""
     return np.stack([values.real, values.imag], axis=-1)
+
+
+def of_parts(values: Array) -> NDArray[np.complex128]:
+    """The complex values of real and imaginary parts (..., 2)."""
+    return np.asarray(values[..., 0] + 1j * values[..., 1])
 
 
 KEPT = (

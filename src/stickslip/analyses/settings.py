@@ -293,6 +293,17 @@ class Sampled(Settings):
     samples: Samples = 256
 
 
+class AtLevels(StateOfFields):
+    """A work at one or several force levels."""
+
+    force: Any
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """The force levels, checked."""
+        return force_levels(self.force)
+
+
 def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
     """Force levels, checked: positive and different."""
     levels = tuple(checks.positive("A force level", level) for level in np.atleast_1d(checks.numbers("force", force)))
@@ -406,19 +417,14 @@ def _harmonics(name: str, value: Any) -> Harmonics | Literal["auto"]:
     return "auto" if isinstance(value, str) and value == "auto" else checked_harmonics(value, OR_AUTO)
 
 
-def _searched(name: str, value: Any) -> bool | None:
-    return None if value is None else OfKind(bool)(name, value)
-
-
-def _levels(name: str, value: Any) -> tuple[float, ...]:
-    return force_levels(value)
-
-
 @dataclass(frozen=True, eq=False)
-class Fineness(Settings):
+class Fineness(AtLevels, Settings):
     """The force levels, and how finely each curve is computed."""
 
-    force: Annotated[float | Sequence[float], Setting(_levels, "factors on every harmonic force", key="force_levels")] = 1.0
+    force: Annotated[
+        float | Sequence[float],
+        Setting(lambda name, value: force_levels(value), "factors on every harmonic force", key="force_levels"),
+    ] = 1.0
     harmonics: Annotated[
         int | Sequence[int] | Literal["auto"],
         Setting(
@@ -439,11 +445,6 @@ class Fineness(Settings):
         """These settings by name."""
         return {each.name: getattr(self, each.name) for each in fields(Fineness)}
 
-    @property
-    def levels(self) -> tuple[float, ...]:
-        """The force levels, a case each."""
-        return force_levels(self.force)
-
 
 @dataclass(frozen=True, eq=False)
 class OverBand(Settings):
@@ -451,6 +452,16 @@ class OverBand(Settings):
 
     problem: Annotated[Problem, Setting(OfKind(Problem))]
     band: Frequencies
+
+    @property
+    def listed(self) -> bool:
+        """Whether only the frequencies of a list are wanted."""
+        return not isinstance(self.band, Band)
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """In Hz, in the order of travel: the ends of a band, or those of a list."""
+        return (self.band.start, self.band.stop) if isinstance(self.band, Band) else tuple(self.band)
 
 
 @dataclass(frozen=True, eq=False)
@@ -463,14 +474,4 @@ class ForcedResponseSettings(Measured, Fineness, OverBand, Execution):
         Setting(measure_name, "how the signal becomes one number: first-harmonic amplitude, RMS, or largest value in the period"),
     ] = "amplitude"
     periods: Annotated[int, Setting(checks.whole)] = 1
-    isolated: Annotated[bool | None, Setting(_searched)] = None
-
-    @property
-    def listed(self) -> bool:
-        """Whether only the frequencies of a list are wanted."""
-        return not isinstance(self.band, Band)
-
-    @property
-    def frequencies(self) -> tuple[float, ...]:
-        """In Hz, in the order of travel: the ends of a band, or those of a list."""
-        return (self.band.start, self.band.stop) if isinstance(self.band, Band) else tuple(self.band)
+    isolated: Annotated[bool | None, Setting(OfKind(bool))] = None

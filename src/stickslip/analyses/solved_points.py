@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.response_dataset import ContactRows, point_values
+from stickslip.analyses.response_dataset import ContactRows, of_parts, parts, point_values
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
@@ -173,7 +173,7 @@ def _apart(found: Array, known: Array) -> float:
 
 def _real(parts: Array) -> Array:
     """Real storage (..., 2H+1) of (..., harmonic, part)."""
-    return real_harmonics(parts[..., 0] + 1j * parts[..., 1])
+    return real_harmonics(of_parts(parts))
 
 
 GIVEN = ("outcome", "residual", "response", "amplitude", "rms", "max_abs", "contact_motion", "contact_force")
@@ -414,14 +414,14 @@ def with_shapes(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
         return dataset
     cases = [list(peaks)[k] for k in spread(len(peaks), MOST_KEPT)]
     found = [deformed_shape(dataset, problem, case, peaks[case].point) for case in cases]
-    parts = np.array([np.stack([each.displacement.real, each.displacement.imag], axis=-1) for each in found])
+    shapes = np.array([parts(each.displacement) for each in found])
     single, node = np.float32, ("shape_node", "space")
     words = "harmonic of the displacement in which the first output moves most, at the highest peak"
     notes = list(dict.fromkeys(each.note for each in found))
     return dataset.assign(
         shape_point=named(node, found[0].points.astype(single), "surface at rest", "m"),
         shape_triangle=(("shape_face", "corner_of_face"), found[0].triangles.astype(np.int32), {"units": "1"}),
-        shape_displacement=named(("shape", *node, "part"), parts.astype(single), words, "m"),
+        shape_displacement=named(("shape", *node, "part"), shapes.astype(single), words, "m"),
         shape_case=named(("shape",), np.array(cases), "case that the shape is of"),
     ).assign_attrs(
         shape_titles=[each.title for each in found], shape_note=notes[0] if len(notes) == 1 else [each.note for each in found]
@@ -440,7 +440,7 @@ def kept_shapes(dataset: xr.Dataset) -> dict[str, SurfaceMotion]:
     notes = np.broadcast_to(np.atleast_1d(dataset.attrs["shape_note"]), titles.shape)
     return {
         level_text(dataset, int(case)): SurfaceMotion(
-            str(title), points, triangles, u[..., 0] + 1j * u[..., 1], note=str(note), system=system_of(dataset)
+            str(title), points, triangles, of_parts(u), note=str(note), system=system_of(dataset)
         )
         for case, title, note, u in zip(dataset["shape_case"].values, titles, notes, parts, strict=True)
     }

@@ -405,10 +405,5 @@ def stability_warning(balance: HarmonicBalance, curve: Curve, judged: PeakStabil
     if not undecided:
         return ""
     each = next(iter(undecided.values()))
-    return (
-        f"Whether the motion at the highest point of {', '.join(undecided)} is stable is undecided: {each.reason or _near(each)}."
-    )
-
-
-def _near(verdict: Verdict) -> str:
-    return f"its largest multiplier has a size of {abs(verdict.multiplier):.6g}, with an error of {verdict.error:.2g}"
+    near = f"its largest multiplier has a size of {abs(each.multiplier):.6g}, with an error of {each.error:.2g}"
+    return f"Whether the motion at the highest point of {', '.join(undecided)} is stable is undecided: {each.reason or near}."

@@ -143,7 +143,6 @@ def beside_balance(dataset: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
 
 
 def _dataset(work: SteppedSineWork, arrays: Arrays) -> xr.Dataset:
-
     along = ("step", "output")
     data = {
         "amplitude": named(along, arrays["amplitude"], "first harmonic of the last period of the dwell", "m"),

@@ -91,11 +91,9 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
     measured, strains = np.array(list(recovery.gauges.values())), np.full((*sizes[:2], len(gauges)), np.nan)
     for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED):
         harmonics = stress_harmonics(problem, recovery, points.whole_motion(case, point)[here])
-        over_time = np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)
-        largest[case, point] = von_mises(over_time).max(axis=1)
-        vibration, still = over_time - harmonics[:, None, :, 0], harmonics[..., 0]
-        alternating[case, point] = von_mises(vibration).max(axis=1)
-        principal[case, point] = [critical_plane(*each) for each in zip(vibration, still, strict=True)]
+        over_time, still = np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E), harmonics[..., 0]
+        largest[case, point], alternating[case, point], *planes = _sizes(over_time, still)
+        principal[case, point] = np.stack(planes, axis=1)
         if gauges:
             strains[case, point] = 0.5 * np.ptp(np.einsum("gnc,gc->gn", over_time[gauges], measured), axis=1)
         amplitude[case, point], mean[case, point] = np.hypot(harmonics[..., 1], harmonics[..., 2]), still
@@ -184,12 +182,15 @@ def sector_stresses(balance: HarmonicBalance, points: Sequence[Point]) -> Array:
         motion = problem.structure.motion(y)[degrees_of_freedom(problem, own)]
         harmonics = stress_harmonics(problem, own, motion)
         over_time = np.einsum("pch,nh->pnc", harmonics, balance.tables.E)
-        still = harmonics[..., 0]
-        vibration = over_time - still[:, None, :]
-        planes = np.array([critical_plane(*each) for each in zip(vibration, still, strict=True)])
-        sizes = von_mises(over_time).max(axis=1), von_mises(vibration).max(axis=1), *planes.T
-        found.append(np.column_stack([*sizes, still]))
+        found.append(np.column_stack([*_sizes(over_time, harmonics[..., 0]), harmonics[..., 0]]))
     return np.array(found)
+
+
+def _sizes(over_time: Array, still: Array) -> Array:
+    """`SIZES` (4, places) of the stress over a period (places, instants, 6) with the mean (places, 6)."""
+    vibration = over_time - still[:, None]
+    planes = np.array([critical_plane(*each) for each in zip(vibration, still, strict=True)])
+    return np.array([von_mises(over_time).max(axis=1), von_mises(vibration).max(axis=1), *planes.T])
 
 
 def has_gauges(dataset: xr.Dataset) -> bool:

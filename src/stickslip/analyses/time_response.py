@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.response_dataset import ContactRows, of_parts, parts
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
@@ -92,6 +92,7 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
     outputs = cycle.outputs
     samples = outputs.shape[1]
     motion, force = ContactRows(problem).spread(cycle.contact_motion), ContactRows(problem).spread(cycle.contact_force)
+    response, moved, carried = (parts(harmonics_of(signals, harmonics)) for signals in (outputs, motion, force))
     place = ("contact", "direction")
     first = np.abs(harmonics_of(outputs, 1)[:, 1])
     work = ContactRows(problem).spread(cycle.friction_work[:, None])[..., 0]
@@ -100,9 +101,9 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
         "displacement": (("output", "sample"), outputs, "m", "outputs over the last period"),
         "motion_history": ((*place, "sample"), motion, "m", "contact displacements over the last period"),
         "force_history": ((*place, "sample"), force, "N", "contact forces over the last period"),
-        "response": (("output", "harmonic", "part"), _parts(outputs, harmonics), "m", "harmonics of the outputs"),
-        "contact_motion": ((*place, "harmonic", "part"), _parts(motion, harmonics), "m", "harmonics of contact displacements"),
-        "contact_force": ((*place, "harmonic", "part"), _parts(force, harmonics), "N", "harmonics of contact forces"),
+        "response": (("output", "harmonic", "part"), response, "m", "harmonics of the outputs"),
+        "contact_motion": ((*place, "harmonic", "part"), moved, "m", "harmonics of contact displacements"),
+        "contact_force": ((*place, "harmonic", "part"), carried, "N", "harmonics of contact forces"),
         "amplitude": (("output",), first, "m", "first harmonic of the outputs"),
         "rms": (("output",), np.sqrt(np.mean(outputs**2, axis=1)), "m", "root mean square of the outputs"),
         "max_abs": (("output",), np.max(np.abs(outputs), axis=1), "m", "largest absolute value of the outputs"),
@@ -131,12 +132,6 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
             "message": cycle.sentence,
         },
     )
-
-
-def _parts(signals: Array, harmonics: int) -> Array:
-    """Complex harmonics as (..., H+1, 2): real and imaginary part."""
-    values = harmonics_of(signals, harmonics)
-    return np.stack([values.real, values.imag], axis=-1)
 
 
 LEFT = 10.0
@@ -225,56 +220,36 @@ class TimeCheck:
     @property
     def sentence(self) -> str:
         """The comparison in words."""
-        attrs = self.time.dataset.attrs
+        attrs, worst = self.time.dataset.attrs, int(np.argmax(self.period_difference))
         place = f"{self.excitation_periods * attrs['frequency']:.6g} Hz, force level {attrs['force_level']:.6g}"
-        return f"{place}: {self._departure if self.unstable else self._difference} {self.time.sentence}"
+        return f"{place}: {self._departure(worst) if self.unstable else self._difference(worst)} {self.time.sentence}"
 
-    @property
-    def _difference(self) -> str:
-        worst = self._worst
+    def _difference(self, worst: int) -> str:
         steps = self.time.dataset.attrs["steps_per_period"] // self.excitation_periods
+        error = float(self.step_error[worst])
+        halved = "" if np.isnan(error) else f" Half the steps change the first harmonic by {error:.1e}."
+        if np.isinf(error):
+            halved = " With half the steps the motion does not settle: take more."
         return (
-            f"harmonic balance with {self._harmonics} and time integration with {steps} steps a period differ by "
+            f"harmonic balance with {in_words(self.harmonics)} and time integration with {steps} steps a period differ by "
             f"{abs(float(self.amplitude_difference[worst])):.1e} in the first harmonic and by "
-            f"{float(self.period_difference[worst]):.1e} over the period ({self._output}, the worst output).{self._steps_halved}"
+            f"{float(self.period_difference[worst]):.1e} over the period ({self.time.problem.output_names[worst]}, the worst "
+            f"output).{halved}"
         )
 
-    @property
-    def _steps_halved(self) -> str:
-        error = float(self.step_error[self._worst])
-        if np.isnan(error):
-            return ""
-        if np.isinf(error):
-            return " With half the steps the motion does not settle: take more."
-        return f" Half the steps change the first harmonic by {error:.1e}."
-
-    @property
-    def _departure(self) -> str:
-        worst = self._worst
+    def _departure(self, worst: int) -> str:
         growth = abs(self.multiplier) if np.isfinite(self.multiplier) else self.time.cycle.growth
         return (
-            f"harmonic balance with {self._harmonics} gives a periodic motion, which the first period in time repeats within "
-            f"{float(self.first_period_difference[worst]):.1e}, but not a stable one: departures grow by a factor of "
+            f"harmonic balance with {in_words(self.harmonics)} gives a periodic motion, which the first period in time repeats "
+            f"within {float(self.first_period_difference[worst]):.1e}, but not a stable one: departures grow by a factor of "
             f"{growth:.3g} a period, and the motion ends {float(self.period_difference[worst]):.1e} away "
-            f"({self._output}, the worst output)."
+            f"({self.time.problem.output_names[worst]}, the worst output)."
         )
 
     @property
     def _bounded(self) -> bool:
         """Whether the march took all its steps; steps that fail or gain energy say nothing about the harmonic balance."""
         return self.time.cycle.outcome not in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED)
-
-    @property
-    def _worst(self) -> int:
-        return int(np.argmax(self.period_difference))
-
-    @property
-    def _output(self) -> str:
-        return str(self.time.problem.output_names[self._worst])
-
-    @property
-    def _harmonics(self) -> str:
-        return in_words(self.harmonics)
 
     def __str__(self) -> str:
         return self.sentence
@@ -311,8 +286,7 @@ def verify_in_time(
     )
     motion = points.balance.linear.whole_motion(solved.forces, solved.omega, solved.level)
     shot = shoot(whole, solved.omega, solved.level, start, motion, settings)
-    response = place["response"].to_numpy()
-    harmonic = response[..., 0] + 1j * response[..., 1]
+    harmonic = of_parts(place["response"].to_numpy())
     apart = _period_difference(harmonic, shot.outputs)
     near = shot.closed and float(np.max(apart, initial=0.0)) <= ELSEWHERE
     return TimeCheck(

@@ -84,7 +84,7 @@ def small_cases() -> dict[str, Callable[[], Any]]:
     from stickslip.model.contact.march import prepare
     from stickslip.model.dampers import in_phase
     from stickslip.model.rigs import laboratory_damper, single_mass
-    from stickslip.solve.balance.modal_matrix import factorised_on_states, solve_on_states
+    from stickslip.solve.balance.newton_matrix import factorised_on_states, solve_on_states
     from stickslip.solve.platforms.relaxation import elements_of, relaxed_cycle
     from stickslip.support.kernels import compiled
 

@@ -22,7 +22,7 @@ from stickslip.support.files import WrittenFiles, only_own_files, refuse_obstacl
 from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
-    from stickslip.model.readers.describe import Description
+    from stickslip.model.readers.model import Description
     from stickslip.show.report.markup import Presentation
     from stickslip.study import Job
 
@@ -72,7 +72,7 @@ def of_model(found: Description) -> dict[str, Any]:
 
 def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     """A study without errors: its notes, the numbers of its model in the units of the study, the estimated time of a run."""
-    from stickslip.analyses.contacts_at_rest import by_surface, rest_of
+    from stickslip.analyses.static_load import by_surface, rest_of
     from stickslip.results.schema import in_system
     from stickslip.study.faults import WARNING
 
@@ -236,6 +236,7 @@ def export(
     from stickslip.results.quantities import other_peaks, peak_table, quantity_table
     from stickslip.results.schema import shown_table
     from stickslip.show.report.markup import presentation_of
+    from stickslip.show.report.responses import further_tables
 
     if out.suffix not in (".csv", ".mat", ".vtu"):
         raise fault("--out", "must end in .csv, .mat or .vtu", str(out))
@@ -248,17 +249,21 @@ def export(
         export_shapes(datasets, out, overwrite)
         return
     if out.suffix == ".mat":
-        from stickslip.results.files import save_all_mat
+        from stickslip.results.files import save_mat
 
         refuse_existing([out], overwrite)
-        say(f"Wrote {save_all_mat(datasets, out, quantity, per_force)}")
+        say(f"Wrote {save_mat(datasets, out, quantity, per_force)}")
         return
     if all(presentation_of(dataset).responses for dataset in datasets.values()):
         files = {
             path: table_of({name: shown_table(make(dataset, quantity, per_force), dataset) for name, dataset in datasets.items()})
             for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table))
         }
-        files |= captioned({name: _further(dataset) for name, dataset in datasets.items()}, out)
+        further = {
+            name: {caption: shown_table(table, dataset) for caption, table in further_tables(dataset).items()}
+            for name, dataset in datasets.items()
+        }
+        files |= captioned(further, out)
         notes = dict.fromkeys(filter(None, (other_peaks(dataset, quantity) for dataset in datasets.values())))
     else:
         tables = {name: presentation_of(dataset).exported(dataset) for name, dataset in datasets.items()}
@@ -284,14 +289,6 @@ def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool
         say(f"Wrote {save_vtu(kept_shapes(dataset) if has_shapes(dataset) else {}, path)}")
     for path, dataset in nodes.items():
         say(f"Wrote {save_contacts_vtu(dataset, path)}")
-
-
-def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
-    """The tables that only some responses have, in the units of the study."""
-    from stickslip.results.schema import shown_table
-    from stickslip.show.report.responses import further_tables
-
-    return {caption: shown_table(table, dataset) for caption, table in further_tables(dataset).items()}
 
 
 def refuse_quantity(presentation: Presentation, dataset: xr.Dataset, quantity: str | None) -> None:

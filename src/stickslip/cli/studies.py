@@ -85,16 +85,12 @@ def new(
     force: Annotated[bool, Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a commented study file to begin with, or list the kinds of studies."""
-    from stickslip.study.faults import TEMPLATES
     from stickslip.study.templates import kinds, write_new
 
     if kind is None:
         for name, purpose in kinds().items():
             say(f"{name:<25}{purpose}")
         return
-    if kind in TEMPLATES:
-        warn(f"`{kind}` is now called `{TEMPLATES[kind]}`; the old name will stop working.")
-        kind = TEMPLATES[kind]
     written = write_new(kind, file or Path(f"{kind}.toml"), force)
     say(f"Wrote {listed([str(path) for path in written])}. Next: stickslip run {written[0]} --out results/{written[0].stem}")
 
@@ -392,7 +388,7 @@ def info(
     """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""
     import warnings
 
-    from stickslip.model.readers.describe import describe
+    from stickslip.model.readers.model import describe
     from stickslip.model.readers.read import read_model
 
     named = pairs("--variables", variables or (), "K=KELAST")

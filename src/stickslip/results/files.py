@@ -26,7 +26,6 @@ from stickslip.model.readers.matlab import refuse_other_files, refuse_too_much
 from stickslip.results.quantities import as_quantity
 from stickslip.results.schema import (
     FILE_FORMAT,
-    RENAMED_VARIABLES,
     SCHEMA,
     Result,
     analysis_named,
@@ -201,7 +200,6 @@ def _encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def _plain(dataset: xr.Dataset) -> xr.Dataset:
     """The dataset as an analysis makes it: strings of fixed width, Python numbers as attributes, no encoding of the file."""
-    dataset = dataset.rename({old: new for old, new in RENAMED_VARIABLES.items() if old in dataset})
     for name, variable in list(dataset.variables.items()):
         if variable.dtype.kind in "OT":
             dataset[name] = (variable.dims, variable.values.astype(np.str_), variable.attrs)
@@ -219,20 +217,16 @@ LONGEST_NAME = 63
 """Characters of a variable's name in MATLAB."""
 
 
-def save_mat(dataset: xr.Dataset, path: str | Path, quantity: str | None = None, per_force: bool = False) -> Path:
-    """Write one result as a .mat file, whole or not at all; returns the path.
+def save_mat(
+    dataset: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path, quantity: str | None = None, per_force: bool = False
+) -> Path:
+    """Write one result as a .mat file, whole or not at all, or several by name, each a struct in it; returns the path.
 
     quantity: displacement, velocity or acceleration, of which `response`, `amplitude` and `rms` are then, that of the result's
     peaks unless given; per_force divides by the force level, as the names receptance, mobility and inertance do.
     """
-    return save_all_mat({"": dataset}, path, quantity, per_force)
-
-
-def save_all_mat(
-    datasets: Mapping[str, xr.Dataset], path: str | Path, quantity: str | None = None, per_force: bool = False
-) -> Path:
-    """Several results in one file, each a struct with the name of the result; one without a name stands by itself."""
-    tables = {_name(name): _table(shown_dataset(_converted(dataset, quantity, per_force))) for name, dataset in datasets.items()}
+    datasets = {"": dataset} if isinstance(dataset, xr.Dataset) else dataset
+    tables = {_name(name): _table(shown_dataset(_converted(each, quantity, per_force))) for name, each in datasets.items()}
     content = tables[""] if set(tables) == {""} else tables
     with replacing(path) as temporary:
         scipy_io.savemat(str(temporary), content, appendmat=False, long_field_names=True, do_compression=True, oned_as="column")

@@ -173,32 +173,26 @@ def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool
     """
     converted = as_quantity(dataset, name or view.measure_in(dataset).name, per_force)
     units = converted["amplitude"].attrs["units"]
-    first = converted["response"].isel(harmonic=view.periods_of(dataset))
-    phase = np.degrees(np.arctan2(first.isel(part=1).values, first.isel(part=0).values))
-    measure = view.measure_in(dataset)
+    first = converted["response"].isel(harmonic=view.periods_of(dataset)).values
+    measure, count = view.measure_in(dataset), dataset.sizes["output"]
+    case, point = (np.repeat(index, count) for index in np.nonzero(dataset["outcome"].values == 1))
+    output = np.tile(np.arange(count), case.size // max(count, 1))
+    table: dict[str, Any] = {"force_level": dataset["force_level"].values[case]}
+    table |= {"curve": [kinds_in(dataset)[k].name.lower() for k in case]} if "curve_kind" in dataset else {}
+    table |= {"start": dataset["start"].values[case]} if "start" in dataset.coords else {}
+    table |= {
+        "output": dataset["output"].values.astype(object)[output],
+        "point": point,
+        "frequency [Hz]": dataset["frequency"].values[case, point],
+        f"amplitude [{units}]": converted["amplitude"].values[case, point, output],
+        "phase [deg]": np.degrees(np.arctan2(first[..., 1], first[..., 0]))[case, point, output],
+        f"rms [{units}]": converted["rms"].values[case, point, output],
+        **{name: dataset[name].values[case, point] for name in ("loss_factor", "residual")},
+    }
     own = quantity_named(name or measure.name, per_force)[0] == measure.quantity
-    errors = dataset["point_truncation_error"].values if own and "point_truncation_error" in dataset else None
-    rows = []
-    for case, level in enumerate(dataset["force_level"].values):
-        for k in np.flatnonzero(dataset["outcome"].values[case] == 1):
-            for output, label in enumerate(dataset["output"].values):
-                rows.append(
-                    {
-                        "force_level": float(level),
-                        **({"curve": kinds_in(dataset)[case].name.lower()} if "curve_kind" in dataset else {}),
-                        **({"start": int(dataset["start"].values[case])} if "start" in dataset.coords else {}),
-                        "output": str(label),
-                        "point": int(k),
-                        "frequency [Hz]": float(dataset["frequency"].values[case, k]),
-                        f"amplitude [{units}]": float(converted["amplitude"].values[case, k, output]),
-                        "phase [deg]": float(phase[case, k, output]),
-                        f"rms [{units}]": float(converted["rms"].values[case, k, output]),
-                        "loss_factor": float(dataset["loss_factor"].values[case, k]),
-                        "residual": float(dataset["residual"].values[case, k]),
-                        **({} if errors is None else {"point_truncation_error": float(errors[case, k, output])}),
-                    }
-                )
-    return pd.DataFrame(rows)
+    if own and "point_truncation_error" in dataset:
+        table["point_truncation_error"] = dataset["point_truncation_error"].values[case, point, output]
+    return pd.DataFrame(table)
 
 
 def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = False) -> pd.DataFrame:

@@ -91,10 +91,6 @@ COMMON_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format")
 REQUIRED_ATTRIBUTES = (*COMMON_ATTRIBUTES, "harmonics", "samples", "cpu_seconds")
 RESPONSES = ("forced_response", "response_bounds", "response_samples")
 """The analyses whose results are curves of the forced response, with the variables of `SCHEMA`; others name their own."""
-RENAMED_ANALYSES = {"what_matters": "sensitivity_indices"}
-"""Old names of analyses in results files."""
-RENAMED_VARIABLES = {"optimum_doubt": "optimum_warning"}
-"""Old names of variables in results files."""
 
 
 @dataclass(frozen=True)
@@ -152,16 +148,16 @@ COORDINATES, SCHEMA = _with_kinds("coordinates"), _with_kinds("forced_response")
 
 
 def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xr.Dataset:
-    """The dataset of the schema: variables in its order, with units and long names; all faults are reported together.
+    """The dataset of the schema: variables in its order, with units and long names. xarray refuses axes that do not fit.
 
     variables: an array for each name of SCHEMA; coords: for each name of COORDINATES (`part` and `harmonic` may be left out);
     attrs: title, study, harmonics, samples, cpu_seconds and what else is to be kept; version and file format are added.
     """
     shape = np.shape(variables.get("response", ()))
     coords = {"part": ["re", "im"], "harmonic": np.arange(shape[3] if len(shape) == 5 else 0), **coords}
-    _refuse_names(variables, coords)
+    if unknown := {*variables, *coords} - {v.name for v in (*COORDINATES, *SCHEMA)}:
+        raise KeyError(f"variables that are not in the schema: {', '.join(sorted(unknown))}")
     arrays = {v: _typed(v, coords if v in COORDINATES else variables) for v in (*COORDINATES, *SCHEMA)}
-    _refuse_shapes(arrays)
     dataset = xr.Dataset(
         {v.name: (v.dims, arrays[v], _attributes(v)) for v in SCHEMA},
         {v.name: (v.dims, arrays[v], _attributes(v)) for v in COORDINATES},
@@ -184,9 +180,8 @@ def stamped(dataset: xr.Dataset, analysis: str = RESPONSES[0]) -> xr.Dataset:
 
 
 def analysis_of(dataset: xr.Dataset) -> str:
-    """The analysis that a dataset came of, by its name of today."""
-    name = str(dataset.attrs.get("analysis", RESPONSES[0]))
-    return RENAMED_ANALYSES.get(name, name)
+    """The analysis that a dataset came of."""
+    return str(dataset.attrs.get("analysis", RESPONSES[0]))
 
 
 def analysis_named(kind: str) -> str:
@@ -228,31 +223,6 @@ def check_schema(dataset: xr.Dataset) -> None:
 
 
 _KINDS = {"float": "fiu", "int8": "iu", "str": "UOT"}
-
-
-def _refuse_names(variables: Mapping[str, Any], coords: Mapping[str, Any]) -> None:
-    faults = []
-    for given, schema in ((variables, SCHEMA), (coords, COORDINATES)):
-        known = [variable.name for variable in schema]
-        faults += [f"The variable {name!r} must be given, but is missing." for name in known if name not in given]
-        faults += [f"The variable {name!r} is not in the schema. {nearest(name, known)}" for name in given if name not in known]
-    if faults:
-        raise Faults(faults)
-
-
-def _refuse_shapes(arrays: Mapping[Variable, np.ndarray[Any, Any]]) -> None:
-    sizes: dict[str, tuple[int, str]] = {}
-    faults = []
-    for variable, array in arrays.items():
-        if array.ndim != len(variable.dims):
-            faults.append(f"The variable {variable.name!r} must have axes {variable.dims}, but has shape {array.shape}.")
-            continue
-        for dim, size in zip(variable.dims, array.shape, strict=True):
-            expected, first = sizes.setdefault(dim, (size, variable.name))
-            if size != expected:
-                faults.append(f"The axis {dim!r} of {variable.name!r} must have size {expected} as in {first!r}, but has {size}.")
-    if faults:
-        raise Faults(faults)
 
 
 def _typed(variable: Variable, given: Mapping[str, Any]) -> np.ndarray[Any, Any]:

@@ -6,7 +6,7 @@ module there, whose `KIND` describes it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
@@ -159,8 +159,7 @@ class Kind:
     """An analysis of study files.
 
     plan: what the file asks for, made ready; it raises the faults it sees.
-    tables: the tables that only this analysis has, by key, and `required`: those of them that must be given.
-    checks: what of a table its model cannot check, by key; they raise the faults.
+    tables: the tables that only this analysis has, by key, and `optional`: those of them that may be left out.
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
     repeats: whether the frequencies of `at` may come back to where they were, upwards and downwards.
     band: of the excitation, from the tables of its own, where these say where to compute and [sweep] only how finely.
@@ -171,8 +170,7 @@ class Kind:
 
     plan: Callable[[Asked], Plan]
     tables: Mapping[str, type[Table]] = field(default_factory=dict)
-    required: tuple[str, ...] = ()
-    checks: Mapping[str, Callable[[Any], object]] = field(default_factory=dict)
+    optional: Collection[str] = ()
     on_problem: bool = True
     repeats: bool = False
     band: Callable[[Mapping[str, Table]], Band | None] | None = None
@@ -181,6 +179,11 @@ class Kind:
     whole_disk: bool = False
     from_mesh: bool = False
 
+
+PEAKS = ("tolerance", "peak_tolerance", "quantity", "measure")
+"""Keys of [sweep] without effect where no peaks of curves are sought."""
+LEVELS_AND_PEAKS = ("force_levels", *PEAKS)
+"""The same where there are no force levels either."""
 
 NAMES = tuple(module.name for module in iter_modules(analyses.__path__))
 

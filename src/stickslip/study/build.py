@@ -19,15 +19,14 @@ from stickslip.model.dampers.seat import Seat
 from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
-from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.load_steps import OF_CONTACTS, LoadStep
+from stickslip.model.problem.speed import CentrifugalLoad
 from stickslip.model.readers.model import levers
 from stickslip.model.readers.numbers import DIGITS
 from stickslip.model.readers.stress_places import SAME_SPEED
-from stickslip.model.structure.assembly import Spring
+from stickslip.model.structure.assembly import RigidBody, Spring
 from stickslip.model.structure.centrifugal import RotationAxis
 from stickslip.model.structure.matrices import Damping, Dashpot, ModalDamping, RayleighDamping, nearest_dof, of_single_nodes
-from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.study.contacts import ContactTable, FrictionTable, StartTable, start_rules
 from stickslip.study.faults import parsed
 from stickslip.study.fields import DENSITY, LENGTH, MASS, Units, in_si, scaled

@@ -13,11 +13,10 @@ from pydantic import Field, Tag, create_model
 from stickslip.model.contact.cubic import CubicSpring, Gap
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.friction_disc import FrictionDisc
-from stickslip.model.contact.iwan import FourParameter, Hertz, Iwan, Parabolic, Spectrum
 from stickslip.model.contact.law import Law, LoadDependentFriction, Own, SingleLoad, own_numbers
 from stickslip.model.contact.lugre import LuGre
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.microslip import FourParameter, Hertz, Iwan, MicroslipArray, Parabolic, Spectrum
 from stickslip.model.contact.point import STARTS, SliderOffset, Start
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.model.contact.valanis import Valanis
@@ -350,8 +349,6 @@ class MicroslipArrayTable(FrictionTable):
 
 class IwanTable(SliderTable):
     """Microslip under one normal load: Iwan's law with the pressure of a cylinder on a flat, of a parabola, or Segalman's."""
-
-    renamed: ClassVar[dict[str, str]] = {"pressure": "spectrum", "elements": "count"}
 
     law: Annotated[Literal["iwan"], Field(description="the contact law")]
     spectrum: Literal["hertz", "parabolic", "four_parameter"] = "hertz"

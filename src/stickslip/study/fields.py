@@ -46,8 +46,9 @@ class Table(BaseModel):
     """Pairs of keys of which either both or none must be given."""
     in_place_of: ClassVar[dict[str, str]] = {}
     """Keys that stand for another one in these pairs: {"surface": "normal"}, and free its partner."""
-    renamed: ClassVar[dict[str, str]] = {}
-    """Keys of older files, with their names of today."""
+
+    def check(self) -> None:
+        """Refuse what the types of its keys cannot show."""
 
 
 def _form(value: Any) -> str:
@@ -238,11 +239,14 @@ def errors_of(kind: Callable[..., AnyErrors], given: Mapping[str, float], what: 
     return kind(**given)
 
 
-def table_of(kind: type[Settings], introduction: str, base: type[Table] = Table, **forms: Any) -> type[Table]:
+def table_of(
+    kind: type[Settings], introduction: str, base: type[Table] = Table, checked: bool = False, **forms: Any
+) -> type[Table]:
     """The table whose keys are the settings that have a meaning.
 
-    base: a table whose keys and rules it has too. forms: the type of a key that a file writes in another form than Python, with
-    its default where that is another, or the type and the default of a further key.
+    base: a table whose keys, rules and check it has too. checked: whether the checks of Python hold for its values as they are
+    written. forms: the type of a key that a file writes in another form than Python, with its default where that is another, or
+    the type and the default of a further key.
     """
     hints, keys = get_type_hints(kind), {}
     for setting in fields(kind):
@@ -254,7 +258,15 @@ def table_of(kind: type[Settings], introduction: str, base: type[Table] = Table,
         form = forms.pop(key, None) or _usual(mark.check) or hints[setting.name]
         form, default = form if isinstance(form, tuple) else (form, default)
         keys[key] = Annotated[form, Field(description=mark.means)], default
-    return create_model(f"{kind.__name__}Table", __base__=base, __doc__=introduction, **keys | forms)
+    made = create_model(f"{kind.__name__}Table", __base__=base, __doc__=introduction, **keys | forms)
+
+    def check(table: Table) -> None:
+        check_of(kind)(table)
+        base.check(table)
+
+    if checked:
+        made.check = check  # type: ignore[assignment, method-assign]
+    return made
 
 
 def _usual(check: Callable[[str, Any], Any]) -> Any:

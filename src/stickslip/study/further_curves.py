@@ -57,6 +57,10 @@ class IsolatedTable(Table):
     periods: Periods = 1
     """periods of the excitation after which motions may repeat themselves; with several they are subharmonic"""
 
+    def check(self) -> None:
+        """The smallest amplitude first, and each mode once."""
+        ordered(self.amplitude, self.mode)
+
     @property
     def ends(self) -> tuple[float, float] | None:
         """The amplitudes as a pair."""

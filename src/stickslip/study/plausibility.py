@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.analyses.settings import ForcedResponseSettings
-from stickslip.analyses.static_history import modes_at_rest
+from stickslip.analyses.static_load import modes_at_rest
 from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Output, excited_harmonics

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -20,10 +20,14 @@ from stickslip.results.schema import analysis_of, stamped
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
-from stickslip.study.analyses.response_identification import ResponseIdentificationPlan, free_parameters, known_settings
-from stickslip.study.analysis import Asked, Plan, content_of
-from stickslip.study.faults import with_new_names
-from stickslip.study.fields import Number, Seed, Table
+from stickslip.study.analyses.response_identification import (
+    ResponseIdentificationPlan,
+    ResponseIdentificationTable,
+    free_parameters,
+    known_settings,
+)
+from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind, Plan, content_of
+from stickslip.study.fields import Number, Seed, Table, with_si
 from stickslip.support.checks import MOST, InputError, counted, fault, listed
 from stickslip.support.late import xr
 from stickslip.support.units import Band
@@ -50,19 +54,27 @@ class PredictionTable(Table):
 
 @dataclass(frozen=True, eq=False)
 class PredictionPlan(Plan):
-    """An identification, carried out or read, and a prediction from it; `name`: the table of the prediction."""
+    """An identification, carried out or read, and a prediction from it; `name` and `form`: the table of the prediction."""
 
     base: ResponseIdentificationPlan
-    table: PredictionTable
+    table: Any
     document: Mapping[str, Any]
-    name: str
 
-    @staticmethod
-    def base_of(asked: Asked, name: str, table: PredictionTable) -> ResponseIdentificationPlan:
-        """The plan of the identification, whose settings those of the prediction are."""
+    name: ClassVar[str]
+    form: ClassVar[type[PredictionTable]]
+
+    @classmethod
+    def of(cls, asked: Asked) -> Self:
+        """The plan of a study; the settings of the identification are those of the prediction."""
         base = ResponseIdentificationPlan.of(asked)
-        known_settings(f"[{name}]", table.settings, base.table, asked.rig[0])
-        return base
+        table: Any = with_si(asked.tables[cls.name], asked.units)
+        known_settings(f"[{cls.name}]", table.settings, base.table, asked.rig[0])
+        return cls(base, table, asked.document)
+
+    @classmethod
+    def kind(cls) -> Kind:
+        """The analysis, whose files are read when the work begins."""
+        return Kind(cls.of, {IDENTIFICATION: ResponseIdentificationTable, cls.name: cls.form}, without=LEVELS_AND_PEAKS)
 
     @property
     def reads(self) -> tuple[Path, ...]:
@@ -117,7 +129,7 @@ class PredictionPlan(Plan):
             )
         own = {*free, *self.table.settings, *(name for one in self.base.table.settings for name in one)}
         text = str(dataset.attrs.get("study", ""))
-        if text and (found := differences(self.document, with_new_names(tomllib.loads(text))[0], (own, self.name))):
+        if text and (found := differences(self.document, tomllib.loads(text), (own, self.name))):
             raise InputError(
                 f"{what} was made with another problem: {listed(found)}. Use the same problem, give intended differences in "
                 "`settings`, or remove `identification`: the study then identifies the parameters itself."
@@ -133,9 +145,16 @@ class PredictionPlan(Plan):
     def prediction(self, identified: ResponseIdentification) -> Any:
         """The work of the prediction."""
 
+    @property
     @abstractmethod
+    def measured(self) -> Sequence[Any]:
+        """What the prediction is compared with."""
+
     def compared(self, work: Any, results: Sequence[Arrays]) -> xr.Dataset:
         """The prediction beside what it is compared with."""
+        found = work.gathered(results)
+        dataset: xr.Dataset = (found.compare(self.measured) if self.measured else found).dataset
+        return dataset
 
     @cached_property
     def works(self) -> Mapping[str, Work]:

@@ -8,9 +8,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from stickslip.analyses.contacts_at_rest import as_lines, by_surface
 from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
+from stickslip.analyses.static_load import as_lines, by_surface
 from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
@@ -21,8 +21,7 @@ from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.problem.truncation import REACH
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
-from stickslip.model.structure.matrices import ModalDamping
-from stickslip.model.structure.sparse import SparseStructure
+from stickslip.model.structure.matrices import ModalDamping, SparseStructure
 from stickslip.results.schema import sentence_in
 from stickslip.solve.balance.fourier import harmonics_for, highest
 from stickslip.study import build
@@ -30,7 +29,7 @@ from stickslip.study.analyses.speed_sweep import straight_notes
 from stickslip.study.analysis import KINDS, Asked, Kind, Plan, StudyTable, all_keys, keys_of, owners
 from stickslip.study.build import Names, dofs_in
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
-from stickslip.study.faults import Found, Made, Model, parsed, with_new_names
+from stickslip.study.faults import Found, Made, Model, parsed
 from stickslip.study.fields import SYSTEMS, Table, Units, check_of, values_of
 from stickslip.study.further_curves import NO_STRESS, resting_fatigue
 from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
@@ -175,7 +174,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
     progress(share, text) is called while a large model is read and reduced. whole_disk: reduce a sector for all nodal diameters,
     not only those that the engine orders of the study can excite.
     """
-    document, notes = with_new_names(toml(text))
+    document, notes = toml(text), list[str]()
     kind = kind_of(document)
     found = Found()
     tables = tables_of(document, kind, found)
@@ -183,7 +182,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
         found.attempt("[study]", storable, "title", tables.study.title)
     misplaced(tables, document, kind, found)
     for key, table in tables.own.items():
-        found.attempt(f"[{key}]", kind.checks.get(key, sound), table)
+        found.attempt(f"[{key}]", table.check)
     sweep, stated = None, None
     if kind.on_problem:
         where = frequencies_of(tables, kind, found)
@@ -211,10 +210,6 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
 def rig_of(table: StructureTable | None) -> tuple[str, Mapping[str, Any]]:
     """The name of the ready problem that a file asks for, and its parameters."""
     return (table.rig or "", table.parameters) if table else ("", {})
-
-
-def sound(table: Table) -> None:
-    """A table that its model checks wholly."""
 
 
 def kind_of(document: Mapping[str, Any]) -> Kind:
@@ -344,7 +339,11 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     for key in document:
         if key not in keys_of(kind) and key not in (known := all_keys()):
             found.messages.append(str(fault("The study file, table", "must be a known one", key, nearest(key, known))))
-    for key in ("study", *(("structure", "sweep") if kind.on_problem else ()), *kind.required):
+    for key in (
+        "study",
+        *(("structure", "sweep") if kind.on_problem else ()),
+        *(key for key in kind.tables if key not in kind.optional),
+    ):
         if key not in document:
             found.messages.append(f"[{key}] must be given, but is missing.")
 

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.analyses.contacts_at_rest import as_lines, by_surface, rest_of
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.settings import ForcedResponseSettings
-from stickslip.analyses.static_history import opened
+from stickslip.analyses.static_load import as_lines, by_surface, opened, rest_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.problem.systems import soft_springs

@@ -16,9 +16,8 @@ from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.interfaces.node_surface import nodes_of
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.model.problem.centrifugal_load import CentrifugalLoad, in_rotation
-from stickslip.model.readers.describe import implausible
-from stickslip.model.readers.model import Content, Model, model_of
+from stickslip.model.problem.speed import CentrifugalLoad, in_rotation
+from stickslip.model.readers.model import Content, Model, implausible, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import WHOLE_SIZE, Progress, structure_of
@@ -34,13 +33,11 @@ from stickslip.model.readers.stress_places import (
     stress_rows_of,
 )
 from stickslip.model.structure.aerodynamics import Aerodynamics
-from stickslip.model.structure.assembly import assemble
+from stickslip.model.structure.assembly import RigidBody, assemble
 from stickslip.model.structure.centrifugal import RotationAxis, coriolis, softening
-from stickslip.model.structure.complete_modes import lowest_modes
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.matrices import Damping, Structure
-from stickslip.model.structure.modes import rigid_motions
-from stickslip.model.structure.rigid_body import RigidBody
+from stickslip.model.structure.modes import lowest_modes, rigid_motions
 from stickslip.results.schema import in_system
 from stickslip.study import build
 from stickslip.study.faults import WARNING, Found

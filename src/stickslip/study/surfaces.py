@@ -9,8 +9,7 @@ from scipy import linalg
 
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import GROUND, Contact
-from stickslip.model.interfaces.node_surface import NodeSurface, line_as_surface, mean_motion
-from stickslip.model.interfaces.surface_contacts import Opposite, surface_contacts
+from stickslip.model.interfaces.node_surface import NodeSurface, Opposite, line_as_surface, mean_motion, surface_contacts
 from stickslip.model.loads import Force
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
 from stickslip.results.schema import in_system

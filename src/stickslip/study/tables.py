@@ -36,7 +36,7 @@ from stickslip.study.fields import (
     by_form,
     table_of,
 )
-from stickslip.support.checks import MOST
+from stickslip.support.checks import MOST, fault, unique
 
 if TYPE_CHECKING:
     ShapeKey: TypeAlias = str
@@ -119,6 +119,12 @@ class OverSpeedTable(Table):
         Annotated[Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")], by_form()] | None
     ) = None
     """K at speed 0, in the order of `dofs`, or a file .npz or .mat; default: K without the spin softening added by [rotation]"""
+
+    def check(self) -> None:
+        """Two different ends, and each engine order once."""
+        if self.speed[0] == self.speed[1]:
+            raise fault("speed", "must have two different ends", self.speed)
+        unique("engine_orders", self.engine_orders)
 
 
 class AxisTable(Table):
@@ -304,8 +310,6 @@ class MeanSpringTable(Table):
 
 class ForceTable(Table):
     """p(t) = static + Re(level · amplitude · ω^k exp(i h ω t)). Several at one place make a polynomial in ω."""
-
-    renamed: ClassVar[dict[str, str]] = {"at": "direction"}
 
     name: Annotated[str, Field(description="name for [[load_step]]")] = ""
     direction: Place

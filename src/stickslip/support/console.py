@@ -82,7 +82,8 @@ def progress_bar(title: str, remedy: str = "") -> Iterator[Report]:
         if not progress_is_seen():
             yield _lines(title, remedy)
             return
-        bar = NotebookBar() if in_notebook() else _terminal_bar(console)
+        columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn()
+        bar = NotebookBar() if in_notebook() else Progress(*columns, console=console, transient=True)
         task: Any = bar.add_task(title, total=1.0)
 
         def report(fraction: float, text: str) -> None:
@@ -138,11 +139,6 @@ def _duration(seconds: float) -> str:
     if seconds < 120.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
-
-
-def _terminal_bar(console: Console) -> Progress:
-    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn()
-    return Progress(*columns, console=console, transient=True)
 
 
 @contextmanager

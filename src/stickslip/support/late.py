@@ -4,8 +4,6 @@
 `Figure` of matplotlib are for annotations alone.
 """
 
-from __future__ import annotations
-
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 

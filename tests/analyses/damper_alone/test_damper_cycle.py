@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 from analyses.damper_alone.harmonic_cycle import harmonic_cycle
 
-from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution, steady_cycles
-from stickslip.analyses.damper_alone.cycle_dataset import forces_on_platforms
-from stickslip.model.contact.iwan import Iwan, Parabolic
+from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution, forces_on_platforms, steady_cycles
 from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import Iwan, Parabolic
 from stickslip.model.dampers import SHAPES, ThreePoint
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, elliptic, in_phase, measured, out_of_phase
 from stickslip.model.dampers.laboratory import laboratory_damper

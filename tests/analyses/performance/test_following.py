@@ -11,7 +11,7 @@ from balance.full_balance import balance_residual
 
 import stickslip as ss
 from stickslip.analyses.performance.curve import follow_peaks
-from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
+from stickslip.analyses.performance.work import centrifugal_pull, excitation, with_friction, with_preload_factor
 from stickslip.model.structure.matrices import Structure
 from stickslip.show.plots.performance_curve import performance_curves
 from stickslip.show.report.performance import sentences, tables

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.speed.models import problem_at, waves_at
+from stickslip.analyses.speed.models import Turning, problem_at, waves_at
 from stickslip.model.structure.cyclic import cyclic
-from stickslip.model.structure.turning import Turning
 
 K0, K1, KT = 1e4, 2.0, 3e3  # N/m, N s²/m, N/m
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.variability.bounds import response_bounds
-from stickslip.analyses.variability.history import response_history
-from stickslip.analyses.variability.samples import response_samples
+from stickslip.analyses.variability.samples import response_history, response_samples
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.show.plots.time_response import Cycles, contact_forces, force_ratios, loops, sample_cycles
 from stickslip.show.plots.variability import loss_factors, response_cloud, response_percentiles, start_states

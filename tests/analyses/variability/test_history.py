@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.variability.history import response_history
+from stickslip.analyses.variability.samples import response_history
 from stickslip.model.contact.point import SliderOffset
 from stickslip.model.rigs import single_blade, single_mass, three_mass_wedge
 from stickslip.support.checks import InputError

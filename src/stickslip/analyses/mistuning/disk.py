@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
+from stickslip.analyses.performance.work import PRELOADS, with_factors
 from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import FullDisk, TunedDisk, blade_motion, loose_dofs, sectors_of
 from stickslip.model.loads import Output

@@ -27,7 +27,6 @@ from stickslip.solve.balance.fourier import attribute
 from stickslip.support.checks import Array, InputError
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
 
 WORDS = {
@@ -230,7 +229,6 @@ def mistuned_response(
     return mistuned_population(disk, band, 1, Scatter(), mistuning, force, harmonics, samples, **options)
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(PopulationWork)
 def mistuned_population(work: PopulationWork) -> MistunedPopulation:
     """Responses of `count` disks whose sectors deviate at random, all under one engine order and one force level.

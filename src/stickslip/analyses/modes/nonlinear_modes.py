@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analyses.forced_response import ForcedResponse
-from stickslip.analyses.modes.dataset import curve_arrays, limit_cycles_dataset, root_arrays, with_phase_at
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
-from stickslip.analyses.modes.work import Modes, NonlinearModesWork, with_decays, with_solved
-from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.modes.work import VARIABLES, Modes, NonlinearModesWork, labels, point_values, with_decays, with_solved
+from stickslip.analyses.response_dataset import ContactRows, of_parts, parts
 from stickslip.analyses.settings import Execution, OfProblem, Setting, Settings, output_of, takes
 from stickslip.model.contact.point import TractionRatio
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named, stacked, variables_in
+from stickslip.results.view import length_text
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Point
@@ -32,11 +32,34 @@ from stickslip.solve.balance.fourier import of_attribute, real_harmonics
 from stickslip.solve.balance.mode_balance import ModeBalance
 from stickslip.solve.continuation.curve_points import CurvePoint, Tangent, moving_sizes, relative_metric
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.curves.mode_curve import DampingCurve, ModeCurve, directed, solve_mode
+from stickslip.solve.curves.mode_curve import ROUNDING, DampingCurve, ModeCurve, directed, is_stable, slope, solve_mode
 from stickslip.support.checks import InputError, between, fault, of_kind, positive, unique, vector
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
+
+TURNED = ("response", "contact_force", "contact_motion", "mode_shape", "shape_slope")
+"""The variables with a phase; a slope is turned as its motion is, and remains that of the unturned one."""
+
+_DAMPING = ("case", "aerodynamic_damping")
+_ROOT = (*_DAMPING, "limit_cycle")
+OF_MODE = (
+    "modal_amplitude", "frequency", "energy", "viscous_work", "other_modes", "higher_harmonics", "residual", "amplitude",
+    "max_abs", "dissipated", "share_stick", "share_slip", "share_open", "mode_shape",
+)  # fmt: skip
+"""Variables of limit cycles that are those of a nonlinear mode."""
+
+ROOTS: dict[str, tuple[tuple[str, ...], str, str]] = {
+    name: ((*_ROOT, *VARIABLES[name][0][2:]), *VARIABLES[name][1:]) for name in OF_MODE
+} | {
+    "damping_slope": (_ROOT, "1", "change of the damping ratio with the logarithm of the amplitude"),
+    "stable": (_ROOT, "1", "1 where vibration of another amplitude nearby comes to the limit cycle, 0 where it leaves it"),
+}
+CURVE = variables_in("limit_cycle_curve")
+OTHERS: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "limit_cycle_message": (_DAMPING, "1", "what the vibration does"),
+    **{name: VARIABLES[name] for name in ("mode_number", "case_outcome", "case_message", "stuck_frequency", "stuck_damping")},
+}
 
 STEP = 0.1
 """Scale of ln a in arc length."""
@@ -64,21 +87,17 @@ def restored(balance: ModeBalance, mode: xr.Dataset) -> Iterator[CurvePoint]:
 def _start(balance: ModeBalance, point: xr.Dataset) -> Point:
     """λ, ω and ζ of a point; the phase is turned back to that of the followed stuck mode."""
     rows = ContactRows(balance.problem)
-    force, motion = (rows.collected(_complex(point[name].values)) for name in ("contact_force", "contact_motion"))
+    force, motion = (rows.collected(of_parts(point[name].values)) for name in ("contact_force", "contact_motion"))
     # The followed coordinate φᴴMq of the first harmonic becomes real and positive.
     system = balance.problem.systems.at(1)
     whole = balance.structures.whole[balance.structures.key[1]][:, balance.followed]
-    coordinate = complex(whole.conj() @ system.M @ _complex(point["mode_shape"].values))
+    coordinate = complex(whole.conj() @ system.M @ of_parts(point["mode_shape"].values))
     turn = (coordinate.conjugate() / abs(coordinate)) ** np.arange(force.shape[1])
     forces = np.zeros((balance.rows + 1, balance.columns))
     forces[:-1] = real_harmonics((force - balance.stiffness[:, None] * motion) * turn)
     forces[-1, 1] = 2.0 * np.pi * float(point["frequency"]) / balance.linear_omega
     forces[-1, 2] = float(point["damping_ratio"])
     return Point(forces, balance.linear_omega, balance.level_of(float(point["modal_amplitude"])))
-
-
-def _complex(values: NDArray[np.float64]) -> NDArray[np.complex128]:
-    return np.asarray(values[..., 0] + 1j * values[..., 1])
 
 
 MOST_RATIO = 1.0
@@ -296,3 +315,90 @@ def nonlinear_modes(work: NonlinearModesWork) -> NonlinearModes:
         raise fault("phase_at", "must not be given with traction ratios, which hold at an instant of the period", turned, remedy)
     dataset = work.dataset(all_cases(work, work.checkpoint, work.workers, work.progress))
     return NonlinearModes(dataset if turned is None else with_phase_at(dataset, turned), work.problem)
+
+
+def with_phase_at(dataset: xr.Dataset, output: int) -> xr.Dataset:
+    """The dataset with every motion moved in time so that the first harmonic of an output is real and positive."""
+    first = dataset["response"].values[:, :, output, 1]
+    angle = -np.angle(of_parts(first))
+    turned = {}
+    for name in TURNED:
+        variable = dataset[name]
+        values = of_parts(variable.values)
+        orders = dataset["harmonic"].values if "harmonic" in variable.dims else np.ones(1)
+        turn = np.exp(1j * angle.reshape(*angle.shape, *[1] * (values.ndim - 2)) * orders)
+        turned[name] = variable.copy(data=parts(values * turn))
+    return dataset.assign(turned)
+
+
+def curve_arrays(damping: DampingCurve) -> dict[str, NDArray[Any]]:
+    """The variables of the curve of one mode."""
+    balance, rows = damping.balance, ContactRows(damping.balance.problem)
+    values = [point_values(balance, rows, point.evaluation)[0] for point in damping.points]
+    outputs = len(balance.problem.outputs)
+    found = {
+        f"curve_{name}": np.array([value[key] for value in values], dtype=float)
+        for name, key in (("damping", "damping_ratio"), ("frequency", "frequency"), ("energy", "energy"))
+    }
+    found["curve_slope"] = np.array([damping.slope(k) for k in range(len(values))])
+    found["curve_stable"] = np.array([float(is_stable(point)) for point in damping.points])
+    neutral = np.abs(found["curve_slope"]) <= ROUNDING * np.max(np.abs(found["curve_damping"]), initial=0.0)
+    found["curve_stable"][neutral] = np.nan
+    found["curve_amplitude"] = np.array([value["amplitude"] for value in values], dtype=float).reshape(len(values), outputs)
+    if not values:
+        nothing = {name: np.array(np.nan) for name in ("held_damping", "held_frequency", "held_inside")}
+        return found | nothing | {"held_amplitude": np.full(outputs, np.nan)}
+    most = damping.largest
+    held = {f"held_{name}": found[f"curve_{name}"][most] for name in ("damping", "frequency", "amplitude")}
+    return found | held | {"held_inside": np.array(float(0 < most < len(values) - 1))}
+
+
+def root_arrays(damping: DampingCurve, ratios: Sequence[float]) -> dict[str, NDArray[Any]]:
+    """The variables of the limit cycles of one mode, (aerodynamic_damping, limit_cycle, ...)."""
+    balance, problem = damping.balance, damping.balance.problem
+    rows, sizes = ContactRows(problem), {"output": len(problem.outputs), "contact": len(problem.contacts), "direction": 3}
+    sizes |= {"dof": problem.structure.size, "part": 2}
+    by_name: dict[str, list[NDArray[Any]]] = {name: [] for name in ROOTS}
+    messages = []
+    for ratio in ratios:
+        values = []
+        for root in damping.roots(-ratio):
+            value = point_values(balance, rows, root.evaluation)[0]
+            values.append(value | {"damping_slope": slope(root), "stable": float(is_stable(root))})
+        for name in ROOTS:
+            empty = np.empty((0, *(sizes[dim] for dim in ROOTS[name][0][3:])))
+            by_name[name].append(np.array([value[name] for value in values], dtype=float) if values else empty)
+        messages.append(_words(damping, ratio, values))
+    return {name: stacked(pieces) for name, pieces in by_name.items()} | {"limit_cycle_message": np.array(messages)}
+
+
+def _words(damping: DampingCurve, ratio: float, values: Sequence[dict[str, Any]]) -> str:
+    """What vibration does at an aerodynamic damping ratio, in words."""
+    if not damping.points:
+        return "No motion of the mode was found."
+    first, last = damping.ratios[0] + ratio, damping.ratios[-1] + ratio
+    name = damping.balance.problem.output_names[0]
+    if not values:
+        if first < 0.0:
+            return f"Vibration grows at all amplitudes; {-100.0 * (max(damping.ratios) + ratio):.3g} % of damping is missing."
+        return "Vibration decays at all amplitudes, or stays as small as it is."
+    words = ["Vibration grows from rest." if first < 0.0 else "Small vibration decays or stays as it is."]
+    for value in values:
+        kind = "Stable" if value["stable"] else "Unstable"
+        words.append(f"{kind} limit cycle: {length_text(value['amplitude'][0])} of {name} at {value['frequency']:.5g} Hz.")
+    if last < 0.0:
+        words.append("Beyond the largest it grows without bound.")
+    return " ".join(words)
+
+
+def limit_cycles_dataset(
+    problem: Problem, results: Sequence[Arrays], ratios: Sequence[float], attrs: dict[str, Any]
+) -> xr.Dataset:
+    """The limit cycles of all modes as one labelled dataset."""
+    data = {
+        name: named(dims, stacked([result[name] for result in results]), words, units)
+        for name, (dims, units, words) in (ROOTS | CURVE | OTHERS).items()
+    }
+    ratio = named("aerodynamic_damping", list(ratios), "aerodynamic damping ratio, added to that of the mode")
+    coords = labels(problem) | {"aerodynamic_damping": ratio}
+    return xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs})

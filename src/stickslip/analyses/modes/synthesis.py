@@ -12,7 +12,7 @@ single-mode method of W. Szemplińska-Stupnicka (Journal of Sound and Vibration 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,10 +20,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from stickslip.analyses.response_dataset import of_parts
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.solve.balance.extended_structure import extended_gains_called
 from stickslip.solve.balance.mode_balance import ModalStructures
+from stickslip.solve.balance.mode_iteration import extended_gains_called
 from stickslip.support.checks import Array, fault, several
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
@@ -72,7 +73,7 @@ class ModePath:
         The phase is that of the followed mode, whose coordinate is real.
         """
         system, amplitude = problem.systems.at(1), chosen["modal_amplitude"].to_numpy()
-        shape, slope = (_complex(chosen[name]) / amplitude[:, None] for name in ("mode_shape", "shape_slope"))
+        shape, slope = (of_parts(chosen[name].values) / amplitude[:, None] for name in ("mode_shape", "shape_slope"))
         coordinate = shape @ (system.M @ followed).conj()
         turn = (coordinate.conj() / np.abs(coordinate))[:, None]
         rise, bend, damped = (chosen[f"{name}_slope"].to_numpy() for name in ("amplitude", "frequency", "damping"))
@@ -148,24 +149,21 @@ class OtherModes:
         driven[followed] = 0.0
         return cls(structures, followed, np.asarray(driven, dtype=complex))
 
+    def coordinates(self, omega: Array) -> Iterator[Complex]:
+        """First harmonic of the coordinates of the stuck modes per force level, (modes,) at each frequency."""
+        structure = self.structures.extended(self.followed, 1)
+        for each in omega:
+            gains = extended_gains_called(structure, float(each), 0.0)[1]
+            yield gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load
+
     def at(self, omega: Array) -> Complex:
         """First harmonic of the outputs per force level, (places, outputs)."""
         rows = self.structures.shapes[self.structures.key[1]][-self.outputs :]
-        structure = self.structures.extended(self.followed, 1)
-        found = np.empty((omega.size, self.outputs), dtype=complex)
-        for n, each in enumerate(omega):
-            gains = extended_gains_called(structure, float(each), 0.0)[1]
-            found[n] = rows @ (gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load)
-        return found
+        return np.array([rows @ each for each in self.coordinates(omega)], dtype=complex).reshape(omega.size, self.outputs)
 
     def size(self, omega: Array) -> Array:
         """√(2 × largest elastic energy) of the first harmonic per force level, √J, (places,)."""
-        structure = self.structures.extended(self.followed, 1)
-        found = np.empty(omega.size)
-        for n, each in enumerate(omega):
-            gains = extended_gains_called(structure, float(each), 0.0)[1]
-            found[n] = np.linalg.norm(gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load)
-        return found
+        return np.array([np.linalg.norm(each) for each in self.coordinates(omega)], dtype=float)
 
     @property
     def stuck_shape(self) -> Complex:
@@ -205,7 +203,7 @@ class Synthesis:
         load = np.asarray(powers[0][:, 1] - 1j * powers[0][:, 2])
         others = OtherModes.of(loaded, int(dataset["mode_number"][case]) - 1, load)
         mode, slopes = ModePath.of_points(chosen, loaded, others.stuck_shape, load)
-        shape = _complex(chosen["mode_shape"]) / mode.amplitude[:, None]
+        shape = of_parts(chosen["mode_shape"].values) / mode.amplitude[:, None]
         if not np.all(np.abs(mode.force) > 1e-12 * np.linalg.norm(shape, axis=1) * np.linalg.norm(load)):
             raise fault("The forces", "must excite the mode", "ones that do no work on its motion")
         ended = int(dataset["case_outcome"][case]) == Outcome.CONVERGED
@@ -314,11 +312,6 @@ def saturated(levels: Array, amplitudes: Array) -> bool:
         return False
     k = before[-1]
     return bool(np.log(levels[-1] / levels[k]) < SATURATED * np.log(amplitudes[-1] / amplitudes[k]))
-
-
-def _complex(array: xr.DataArray) -> Complex:
-    parts = array.transpose(..., "part").to_numpy()
-    return np.asarray(parts[..., 0] + 1j * parts[..., 1])
 
 
 def _sides(mode: ModePath, level: float) -> tuple[Array, Array]:

@@ -14,20 +14,43 @@ from functools import cached_property
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.analyses.isolated import ModeMotions
-from stickslip.analyses.modes.dataset import decay_arrays, mode_arrays, modes_dataset
+from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
 from stickslip.analyses.modes.synthesis import Synthesis
+from stickslip.analyses.response_dataset import ContactRows, parts
 from stickslip.analyses.settings import Execution, OfProblem, OneOf, OutputNumber, Samples, Setting, Settings, output_of
+from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.schema import named, variables_in
+from stickslip.results.schema import named, stacked, variables_in
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
-from stickslip.solve.balance.fourier import Harmonics, attribute, checked_harmonics, fourier, harmonics_for, highest, of_attribute
-from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance
+from stickslip.solve.balance.energy import contact_cycle
+from stickslip.solve.balance.fourier import (
+    Harmonics,
+    attribute,
+    checked_harmonics,
+    complex_harmonics,
+    fourier,
+    harmonics_for,
+    highest,
+    largest_absolute,
+    of_attribute,
+)
+from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance, mode_energy
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, ModeCurve, slip_level, solve_mode
+from stickslip.solve.curves.mode_curve import (
+    BEFORE_SLIP,
+    BEYOND_SLIP,
+    NODE,
+    ModeCurve,
+    first_harmonic_pace,
+    pace,
+    slip_level,
+    solve_mode,
+)
 from stickslip.support.checks import (
     Array,
     InputError,
@@ -45,6 +68,14 @@ from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import um
+
+VARIABLES = variables_in("nonlinear_modes")
+
+OF_DECAYS = variables_in("free_decay_of_a_mode")
+"""The variables of decays, which take longer than a mode."""
+
+INTERNAL = 0.05
+"""Share of the energy in one stuck mode at one harmonic above the first from which this is called an internal resonance."""
 
 ITERATIONS, HALVINGS = 30, 8
 
@@ -388,3 +419,123 @@ def with_decays(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
                 curve = solve_mode(balance, balance.level_of(float(known[0])), balance.level_of(float(known[-1])))
             results.append(mode_arrays(balance, curve) | decay_arrays(balance, curve))
     return modes_dataset(problem, results, dict(dataset.attrs))
+
+
+def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
+    """The variables of one curve by name, without the axis `case`."""
+    rows, met, places = ContactRows(balance.problem), dict[tuple[int, int], float](), []
+    for point in curve.points:
+        values, strongest = point_values(balance, rows, point.evaluation)
+        values |= {"iterations": point.iterations, "active_rows": point.active}
+        values |= dict(zip(("amplitude_slope", "frequency_slope", "damping_slope"), pace(point), strict=True))
+        values["shape_slope"] = parts(first_harmonic_pace(balance, point))
+        places.append(values)
+        if strongest is not None:
+            met.setdefault(strongest, balance.amplitude_of(point.point))
+    sizes = {"output": len(balance.problem.outputs), "harmonic": balance.highest + 1, "part": 2}
+    sizes |= {"contact": len(balance.problem.contacts), "direction": 3, "dof": balance.problem.structure.size}
+    arrays: dict[str, NDArray[Any]] = {}
+    for name, (dims, _, _) in VARIABLES.items():
+        if dims[:2] == ("case", "point"):
+            empty = np.empty((0, *(sizes[dim] for dim in dims[2:])))
+            arrays[name] = np.array([values[name] for values in places], dtype=float) if places else empty
+    resonances = [
+        f"Internal resonance: from the modal amplitude {amplitude:.3g} m kg^0.5 on, harmonic {harmonic} excites mode {mode} of "
+        f"the stuck structure with at least {100.0 * INTERNAL:g} % of the energy."
+        for (harmonic, mode), amplitude in met.items()
+    ]
+    return arrays | {
+        "mode_number": np.array(float(balance.followed + 1)),
+        "case_outcome": np.array(float(curve.outcome)),
+        "case_message": np.array(" ".join([curve.message, *resonances])),
+        "stuck_frequency": np.array(balance.linear_omega / (2.0 * np.pi)),
+        "stuck_damping": np.array(balance.linear_damping),
+    }
+
+
+def decay_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
+    """The variables of decays of one curve by name, without the axis `case`."""
+    decay, energies = slow_decay(balance, curve.points), [mode_energy(balance, point.evaluation) for point in curve.points]
+    shared = np.array([energy.resonant > INTERNAL for energy in energies], dtype=bool)
+    return {
+        "swing": decay.swing,
+        "decay_damping_ratio": decay.damping_ratio,
+        "decay_message": np.array(decay_message(balance.problem.output_names[0], decay, shared)),
+    }
+
+
+def decay_message(output: str, decay: SlowDecay, shared: NDArray[np.bool_]) -> str:
+    """Where along the swing of the first output a decay has no damping ratio, or is not that of one mode; shared (points,): where
+    harmonics excite another mode."""
+    known = np.isfinite(decay.damping_ratio[:, 0]) if decay.swing.size else np.zeros(0, dtype=bool)
+    sentences = []
+    lagging = (
+        "the static forces of the contacts change with the amplitude faster than a decay follows, whose damping is uncertain"
+    )
+    beyond = "a decay has no damping ratio: it leaves the computed amplitudes, or a larger motion stores no more energy"
+    for where, sentence in (
+        (decay.sticks, "friction stops a decay within two half cycles, so that it has no damping ratio"),
+        (decay.lags, lagging),
+        (shared, "another mode takes part, so that a decay is not that of one mode"),
+        (~known & ~decay.sticks, beyond),
+    ):
+        if where.any():
+            size = decay.swing[where, 0]
+            sentences.append(f"Where {output} moves {size.min():.3g} m to {size.max():.3g} m, {sentence}.")
+    return " ".join(sentences)
+
+
+def point_values(
+    balance: ModeBalance, rows: ContactRows, evaluation: Evaluation
+) -> tuple[dict[str, Any], tuple[int, int] | None]:
+    """The variables of a point; the harmonic and the mode of an internal resonance, or None."""
+    point, omega = evaluation.point, balance.omega_of(evaluation.point)
+    motion, outputs = evaluation.w[: balance.rows], evaluation.w[balance.rows :]
+    energy = mode_energy(balance, evaluation)
+    cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, omega)
+    values: dict[str, Any] = {
+        "modal_amplitude": balance.amplitude_of(point),
+        "frequency": omega / (2.0 * np.pi),
+        "damping_ratio": balance.damping_of(point),
+        "energy": energy.mechanical,
+        "viscous_work": energy.viscous,
+        "energy_residual": energy.residual,
+        "other_modes": energy.others,
+        "higher_harmonics": energy.harmonics,
+        "modal_mass": energy.modal_mass,
+        "modal_damping": energy.modal_damping,
+        "residual": evaluation.error,
+        "amplitude": np.hypot(outputs[:, 1], outputs[:, 2]),
+        "max_abs": np.array([largest_absolute(row)[0] for row in outputs]),
+        "response": parts(complex_harmonics(outputs)),
+        "dissipated": np.bincount(rows.contact, energy.dissipated, minlength=rows.contacts),
+        "contact_motion": rows.spread(parts(complex_harmonics(motion))),
+        "contact_force": rows.spread(parts(complex_harmonics(balance.carried_forces(evaluation)))),
+        "mode_shape": parts(complex_harmonics(balance.whole_motion(evaluation))[:, 1]),
+    }
+    for name, share in zip(("share_stick", "share_slip", "share_open"), cycle.shares(), strict=True):
+        values[name] = rows.spread(share)
+    return values, energy.strongest if energy.resonant > INTERNAL else None
+
+
+def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, Any]) -> xr.Dataset:
+    """All curves as one labelled dataset."""
+    data = {
+        name: named(dims, stacked([result[name] for result in results]), words, units)
+        for name, (dims, units, words) in (VARIABLES | OF_DECAYS).items()
+        if name in results[0]
+    }
+    harmonics = data["response"][1].shape[3]
+    coords = labels(problem) | {"harmonic": named("harmonic", np.arange(harmonics), "harmonic")}
+    return xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs})
+
+
+def labels(problem: Problem) -> dict[str, Any]:
+    """The coordinates of modes and limit cycles that the problem gives."""
+    return {
+        "output": named("output", list(problem.output_names), "output"),
+        "contact": named("contact", [contact.name for contact in problem.contacts], "contact"),
+        "direction": named("direction", list(DIRECTION_NAMES), "direction of a contact"),
+        "part": named("part", ["re", "im"], "real or imaginary part"),
+        "dof": named("dof", list(problem.structure.dofs), "degree of freedom"),
+    }

@@ -19,8 +19,15 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, no_resonance, resonance_band
-from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Pull
+from stickslip.analyses.performance.work import (
+    OPTIMUM,
+    PerformanceWork,
+    Pull,
+    centrifugal_pull,
+    excitation,
+    no_resonance,
+    resonance_band,
+)
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,
@@ -53,7 +60,6 @@ from stickslip.solve.peaks.continuation import ContinuedPeaks, Event, PeakContin
 from stickslip.support.checks import between, fault, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
 
 
@@ -96,7 +102,6 @@ class PerformanceCurve(Result):
         return spreads[0], spreads[1]
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(PerformanceWork)
 def performance_curve(work: PerformanceWork) -> PerformanceCurve:
     """Peak amplitude and frequency of the highest resonance against F_C/F_E, for one or several friction coefficients.
@@ -202,25 +207,17 @@ class BandSettings(Sampled, MeasuredOutput, Execution):
         own = centrifugal_pull(self.problem) if self.pull is None else self.pull
         unit = excitation(self.problem)
         balance = HarmonicBalance(self.problem, self.harmonics, self.samples)
+        shared = ("output", "measure", "cloud", "starts", "rule", "share", "seed", "harmonics", "samples")
         return BoundsWork(
             self.problem,
             self.band or resonance_band(balance, self.output),
             [own / (ratio * unit) for ratio in self.ratios],
             "peak",
-            output=self.output,
             quantity=self.measured.quantity.name,
-            measure=self.measure,
-            cloud=self.cloud,
-            starts=self.starts,
-            rule=self.rule,
-            share=self.share,
-            seed=self.seed,
-            harmonics=self.harmonics,
-            samples=self.samples,
+            **{name: getattr(self, name) for name in shared},
         )
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(BandSettings)
 def performance_band(work: BandSettings) -> PerformanceBand:
     """Lowest and highest resonance peak over all start states at values of F_C/F_E; the excitation is varied.

@@ -16,7 +16,7 @@ from typing import Annotated, Any, Protocol
 import numpy as np
 
 from stickslip.analyses.forced_response import compile_forced_response
-from stickslip.analyses.performance.scaled_problem import no_resonance
+from stickslip.analyses.performance.work import no_resonance
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,
@@ -44,7 +44,6 @@ from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
 from stickslip.solve.peaks.continuation import swept_peaks
 from stickslip.support.checks import Array, fault, positive, whole
 from stickslip.support.late import xr
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
 
 MOST_DRAWS = 2**20
@@ -223,7 +222,6 @@ class SensitivityIndices(Result):
     dataset: xr.Dataset
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(DrawsWork)
 def sensitivity_indices(work: DrawsWork) -> SensitivityIndices:
     """Sobol' indices of the highest peak and its frequency, and its slopes, by parameters in ranges.
@@ -246,7 +244,6 @@ def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
     first = {**first, "middle": shown * first["middle"], "ends": shown * first["ends"]}
     cpu_seconds = sum(float(result["cpu_seconds"]) for result in results)
     drawn = shown * drawn
-
     middle = work.problem(np.mean(work.box, axis=1))
     units = f"{work.measured.reported_units(levels_are_newtons(middle))} and Hz"
     both, (low, high), ends = ("parameter", "quantity"), np.array(work.box).T, first["ends"]

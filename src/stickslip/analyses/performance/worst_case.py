@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stickslip.analyses.performance.scaled_problem import resonance_band
+from stickslip.analyses.performance.work import resonance_band
 from stickslip.analyses.variability.bounds import UPPER, BoundsWork
 from stickslip.model.contact.point import remembering
 from stickslip.model.problem import Problem

@@ -149,6 +149,9 @@ class CampbellWork(Execution):
         def at(speed: float) -> tuple[Array, str]:
             return solved(speed if moves else self.speed[0])
 
+        def frequency(curve: int, speed: float) -> float:
+            return float(at(speed)[0][0, curve])
+
         found: list[tuple[Array, str]] = []
         for speed in self.speeds:
             report(0.5 * len(found) / len(self.speeds))
@@ -157,7 +160,7 @@ class CampbellWork(Execution):
         crossings = np.full((values.shape[1], len(orders)), np.nan)
         for done, (curve, k) in enumerate(np.ndindex(crossings.shape)):
             report(0.5 + 0.5 * done / crossings.size)
-            crossings[curve, k] = _crossing(partial(_one, at, curve), orders[k], self.speeds[: self.points])
+            crossings[curve, k] = _crossing(partial(frequency, curve), orders[k], self.speeds[: self.points])
         return {"values": values, "crossing": crossings, "message": np.array([message for _, message in found], dtype=np.str_)}
 
     def _natural_modes(self, order: int, speed: float) -> tuple[Array, str]:
@@ -265,11 +268,6 @@ def whirl(shapes: NDArray[Any], M: Array, skew: Array, rate: float) -> Array:
     circling = np.einsum("ik,ij,jk->k", shapes.conj(), -1j * skew, shapes).real
     energy = np.einsum("ik,ij,jk->k", shapes.conj(), M, shapes).real
     return np.asarray(circling / (2.0 * rate * energy) if rate else 0.0 * energy)
-
-
-def _one(at: Callable[[float], tuple[Array, str]], curve: int, speed: float) -> float:
-    """The frequency of one curve."""
-    return float(at(speed)[0][0, curve])
 
 
 def _crossing(at: Callable[[float], float], order: int, speeds: Sequence[float]) -> float:

@@ -18,7 +18,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Annotated, Any, Literal, Protocol, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
+    AtLevels,
     Execution,
     ForceLevels,
     MeasuredOutput,
@@ -38,7 +39,6 @@ from stickslip.analyses.settings import (
     Setting,
     Share,
     Whole,
-    force_levels,
     output_of,
     takes,
 )
@@ -51,22 +51,11 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance, contact_cycle
 from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.starts.extremes import (
-    AtFrequency,
-    AtPeak,
-    Effort,
-    Extreme,
-    StartObjective,
-    extreme,
-    leapt,
-    loss_factor,
-    size_of,
-)
+from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Effort, Extreme, Place, extreme, leapt, loss_factor, size_of
 from stickslip.solve.starts.states import StartSpace, UnsolvedError, explored_space, refuse_forgetful, rule_words
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band, listed
 
 BOUNDS, SIGNS = ("lower", "upper"), (-1.0, 1.0)
@@ -85,20 +74,6 @@ MOST_UNSOLVED = 0.5
 """Where more than this share of the sampled start states has no solution there are no bounds: the rest are a biased few."""
 
 
-class Searched(StartObjective, Protocol):
-    """A place where start states are sampled too."""
-
-    @property
-    def solves(self) -> int:
-        """Solutions computed so far."""
-
-    def sample(self, variables: Array) -> Extreme:
-        """What a start state gives, whatever is known of others; raises `UnsolvedError`."""
-
-    def confirmed(self, found: Extreme, sign: float) -> Extreme | None:
-        """What the start state found gives by itself, for the largest (sign 1) or smallest value; None where unknown."""
-
-
 class BoundsSearch:
     """The search at neighbouring places, which hand their optima on to each other.
 
@@ -107,7 +82,7 @@ class BoundsSearch:
     """
 
     def __init__(
-        self, places: Sequence[Searched], cloud: Array, starts: int, effort: Effort | None, seed: int, falling: bool = False
+        self, places: Sequence[Place], cloud: Array, starts: int, effort: Effort | None, seed: int, falling: bool = False
     ) -> None:
         self.places, self.cloud, self.starts, self.effort, self.falling = places, cloud, starts, effort, falling
         self.rng = np.random.default_rng(seed)
@@ -158,7 +133,7 @@ class BoundsSearch:
         leap = leapt(place, toward, best, self.rng, self.effort)
         return best if leap is best else _best(toward, best, place.confirmed(leap, toward))
 
-    def _confirmed(self, place: Searched, toward: float, begin: Array) -> Extreme | None:
+    def _confirmed(self, place: Place, toward: float, begin: Array) -> Extreme | None:
         """What the search from a start state finds: where the peak that it followed is not the highest one in the end, the search
         goes on with that."""
         best: Extreme | None = None
@@ -259,7 +234,7 @@ def _upwards(name: str, band: Any) -> Band | tuple[float, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
+class BoundsWork(OneBalance, AtLevels, Sampled, MeasuredOutput, Execution):
     """The search for bounds as independent cases: neighbouring frequencies at one level, or the peak at neighbouring levels."""
 
     problem: OfProblem
@@ -282,10 +257,6 @@ class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
         output_of(self.problem, self.output)
         if self.objective == "peak" and len(self.frequencies) < 2:
             raise fault("band", "must be a band for the peak", self.band)
-
-    @property
-    def levels(self) -> tuple[float, ...]:
-        return force_levels(self.force)
 
     @cached_property
     def frequencies(self) -> tuple[float, ...]:
@@ -329,7 +300,7 @@ class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
     def search(self, case: int) -> BoundsSearch:
         """The search of one case, before it runs."""
         levels, frequencies = self.cases[case]
-        places: list[AtPeak] | list[AtFrequency]
+        places: Sequence[Place]
         if self.objective == "peak":
             ends = (2.0 * np.pi * frequencies[0], 2.0 * np.pi * frequencies[1])
             places = [
@@ -398,7 +369,6 @@ class ResponseBounds(Result):
     problem: Problem
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(BoundsWork)
 def response_bounds(work: BoundsWork) -> ResponseBounds:
     """Highest and lowest response over the start states, at each frequency or at the peak, for one or several force levels.

@@ -3,11 +3,14 @@
 Percentiles of the response over start states with a given distribution.
 
 Sampling of start variables in [−1, 1]: Latin hypercube, random, corners, or a user's distribution.
+
+A loading history as it is run: a sequence of force levels that carries the sliders from point to point, as in a test campaign.
 """
 
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property, partial
@@ -17,48 +20,50 @@ import numpy as np
 
 from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.peak_shapes import own_shapes_error
-from stickslip.analyses.response_dataset import curve_arrays, response_dataset
+from stickslip.analyses.response_dataset import curve_arrays, parts, response_dataset
 from stickslip.analyses.settings import (
+    AtLevels,
     Execution,
     ForceLevels,
     Measured,
     OneBalance,
     OneOf,
+    OverBand,
     ProblemWithShapes,
     Rule,
     Sampled,
     Seed,
     Setting,
     Share,
-    force_levels,
     takes,
 )
 from stickslip.analyses.truncation import OWN_FORCES
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, described, named
 from stickslip.results.view import measure_in, sizes
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.work import Arrays, Progress, Report, checked_progress
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.fourier import attribute
+from stickslip.solve.balance.energy import contact_cycle
+from stickslip.solve.balance.fourier import attribute, complex_harmonics
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.solve.curves.curve import Curve, solve_curve
-from stickslip.solve.curves.refine import with_peaks
+from stickslip.solve.continuation.newton import Correction
+from stickslip.solve.curves.curve import Curve, solve_curve, through_peaks
 from stickslip.solve.starts.states import (
     StartSolutions,
     StartSpace,
     UnsolvedError,
+    march,
     number_of_variables,
     rule_words,
     space_around,
     virgin_solutions,
 )
-from stickslip.support.checks import Array, InputError, among, between, fault, nearest, numbers, seed_of
+from stickslip.support.checks import Array, InputError, among, between, fault, nearest, numbers, of_kind, positive, seed_of
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-from stickslip.support.renamed import renamed_arguments
-from stickslip.support.units import Band, listed
+from stickslip.support.units import Band, in_order, listed
 
 Method = Literal["latin", "random", "corners"]
 MOST_CORNERS = 12
@@ -182,7 +187,9 @@ def percentiles(dataset: xr.Dataset, percent: Sequence[float] = PERCENT, output:
     levels, wanted = np.unique(dataset["force_level"].values), dataset["wanted"].values
     amplitude = np.stack([_at(dataset, frequency, output) for frequency in wanted], axis=1)
     cases = [dataset["force_level"].values == level for level in levels]
-    table = np.stack([_percentiles(amplitude[which], percent) for which in cases])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of a frequency at which no start state was solved
+        table = np.stack([np.nanpercentile(amplitude[which], percent, axis=0) for which in cases])
     solved = np.stack([np.isfinite(amplitude[which]).sum(axis=0) for which in cases])
     coords = {"force_level": levels, "percent": list(percent), "frequency": wanted}
     coords["solved"] = (("force_level", "frequency"), solved)
@@ -203,15 +210,6 @@ def _at(dataset: xr.Dataset, frequency: float, output: int) -> Array:
         if near.any():
             largest[case] = np.max(sizes(dataset, case, output, measure, np.flatnonzero(near)))
     return largest
-
-
-def _percentiles(amplitude: Array, percent: Sequence[float]) -> Array:
-    """Of solved start states at each frequency, (percent, frequency)."""
-    found = np.full((len(percent), amplitude.shape[1]), np.nan)
-    for k, column in enumerate(amplitude.T):
-        solved = column[np.isfinite(column)]
-        found[:, k] = np.percentile(solved, percent) if solved.size else np.nan
-    return found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -247,7 +245,7 @@ def _starts(name: str, starts: Any) -> int | Array:
 
 
 @dataclass(frozen=True, eq=False)
-class SamplesWork(OneBalance, Sampled, Measured, Execution):
+class SamplesWork(OneBalance, AtLevels, OverBand, Sampled, Measured, Execution):
     """Samples as independent cases, one force level and start state each."""
 
     problem: ProblemWithShapes
@@ -271,20 +269,6 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
         super().__post_init__()
         drawn = draw(self.size, self.starts, self.method, self.seed, self.distribution)
         object.__setattr__(self, "variables", drawn)
-
-    @property
-    def levels(self) -> tuple[float, ...]:
-        return force_levels(self.force)
-
-    @property
-    def frequencies(self) -> tuple[float, ...]:
-        """In Hz, in the order of travel."""
-        return (self.band.start, self.band.stop) if isinstance(self.band, Band) else tuple(self.band)
-
-    @property
-    def exactly(self) -> bool:
-        """Whether only these frequencies are wanted."""
-        return not isinstance(self.band, Band)
 
     @property
     def size(self) -> int:
@@ -331,9 +315,9 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
         started = time.process_time()
         level, start = self.cases[case]
         space, virgin = self.explored_at(level)
-        where = (self.frequencies, level, self.exactly)
+        where = (self.frequencies, level, self.listed)
         curve = start_curve(self.balance, space, self.variables[start], *where, report, self.measured, virgin)
-        arrays = curve_arrays(self.balance, with_peaks(curve))
+        arrays = curve_arrays(self.balance, through_peaks(curve))
         if self.problem.mesh is not None:
             here = partial(space.balance, variables=self.variables[start])
             arrays["modal_error"] = own_shapes_error(here(self.balance), curve, self.measured, here)
@@ -363,10 +347,9 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
         if self.problem.mesh is not None:
             errors = np.array([curve["modal_error"] for curve in curves])
             dataset["modal_error"] = ("case", "output"), errors, OWN_FORCES.attributes
-        return ResponseSamples(dataset.assign(wanted=list(self.frequencies)) if self.exactly else dataset, self.problem)
+        return ResponseSamples(dataset.assign(wanted=list(self.frequencies)) if self.listed else dataset, self.problem)
 
 
-@renamed_arguments(finished="checkpoint")
 @takes(SamplesWork)
 def response_samples(work: SamplesWork) -> ResponseSamples:
     """Curves over a band, or at frequencies in Hz, for many start states, at one or several force levels.
@@ -422,3 +405,134 @@ def with_starts(dataset: xr.Dataset, axis: str, variables: Array, values: Array)
     dataset["start_variable"].attrs = {"units": "1", "long_name": "start variable in [-1, 1]"}
     dataset["start_value"].attrs = {"units": "SI", "long_name": "start value of each friction element"}
     return dataset
+
+
+UP_AND_DOWN = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0, 80.0, 50.0, 20.0, 5.0, 1.0)
+"""The history of the published experiment, N: from 1 to 100 N and back."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ResponseHistory(Result):
+    """`dataset`: one run per force level in the order of time: amplitude, response and contact cycles of every point by
+    (run, frequency, ...), the frequency and amplitude of each run's largest point, slider positions at its end.
+    """
+
+    dataset: xr.Dataset
+    problem: Problem
+
+    def runs_at(self, level: float) -> list[int]:
+        """The runs at a force level, in order of time."""
+        found = np.flatnonzero(np.isclose(self.dataset["force_level"].values, level))
+        if not found.size:
+            raise fault("level", f"must be one of {sorted(set(self.dataset['force_level'].values.tolist()))}", level)
+        return [int(run) for run in found]
+
+    def change(self, level: float, output: int = 0) -> dict[str, float]:
+        """What a history does to a level: relative change of its largest amplitude, change of its frequency [Hz], and largest
+        change of a mean tangential contact force [N], from the first run at that level to the last.
+        """
+        first, *_, last = self.runs_at(level) * (1 if len(self.runs_at(level)) > 1 else 2)
+        d = self.dataset
+        amplitudes, hertz = d["largest_amplitude"].values[:, output], d["largest_frequency"].values[:, output]
+        mean = d["largest_contact_force"].values.mean(axis=-1)
+        return {
+            "amplitude": float(amplitudes[last] / amplitudes[first] - 1.0),
+            "frequency": float(hertz[last] - hertz[first]),
+            "mean_force": float(np.nanmax(np.abs(mean[last] - mean[first]))),
+        }
+
+
+def response_history(
+    problem: Problem,
+    band: Band | Sequence[float],
+    force: Sequence[float] = UP_AND_DOWN,
+    *,
+    points: int = 61,
+    harmonics: int | Sequence[int] = 5,
+    samples: int = 256,
+    progress: Progress = lambda fraction, text: None,
+) -> ResponseHistory:
+    """Sweeps over frequency at force levels in the order of time; sliders are carried from point to point and run to run.
+
+    band: a `Band`, in `points` equal steps from its start to its stop in every run; or frequencies in Hz in the order of the
+    sweep. A point that does not converge is marked and leaves the sliders as they were.
+    """
+    of_kind("problem", problem, Problem)
+    levels = [positive("force", level) for level in np.atleast_1d(numbers("force", force))]
+    if isinstance(band, Band):
+        frequencies = np.linspace(band.start, band.stop, between("points", points, 1))
+    else:
+        frequencies = np.array(in_order(band))
+    if not levels:
+        raise InputError("force must hold at least one level, but is empty.")
+    checked_progress(progress)
+    started = time.process_time()
+    with one_blas_thread():
+        balance = HarmonicBalance(problem, harmonics, samples)
+        table = _Table(balance, levels, frequencies)
+        for k, (level, correction) in enumerate(march(balance, (2.0 * np.pi * frequencies).tolist(), levels)):
+            progress(k / (len(levels) * frequencies.size), f"force {level:g}, {frequencies[k % frequencies.size]:.4g} Hz")
+            table.fill(*divmod(k, frequencies.size), correction)
+    attrs = {"harmonics": attribute(balance.harmonics), "samples": samples, "cpu_seconds": time.process_time() - started}
+    return ResponseHistory(table.dataset({"title": problem.heading} | attrs), problem)
+
+
+class _Table:
+    """The arrays of a history, filled point by point; contact cycles are kept at the largest point of each run only."""
+
+    def __init__(self, balance: HarmonicBalance, levels: Sequence[float], frequencies: Array) -> None:
+        self.balance, self.levels, self.frequencies = balance, levels, frequencies
+        outputs, samples = balance.problem.output_rows.shape[0], balance.tables.E.shape[0]
+        runs, steps = len(levels), frequencies.size
+        self.outcome = np.full((runs, steps), Outcome.NOT_CONVERGED, dtype=np.int8)
+        self.response = np.full((runs, steps, outputs, balance.highest + 1, 2), np.nan)
+        self.amplitude = np.full((runs, steps, outputs), np.nan)
+        self.slider = np.full((runs, balance.table.stiffness.size), np.nan)
+        self.force, self.motion = (np.full((runs, balance.rows, samples), np.nan) for _ in range(2))
+        self.largest: dict[int, float] = {}
+
+    def fill(self, run: int, step: int, correction: Correction) -> None:
+        """Note a point."""
+        if not correction.converged:
+            return
+        evaluation, rows = correction.evaluation, self.balance.rows
+        self.outcome[run, step] = Outcome.CONVERGED
+        values = complex_harmonics(evaluation.w[rows:])
+        self.response[run, step] = parts(values)
+        self.amplitude[run, step] = np.hypot(evaluation.w[rows:, 1], evaluation.w[rows:, 2])
+        size = float(self.amplitude[run, step, 0])
+        cycle = contact_cycle(evaluation.table, self.balance.tables, evaluation.w, evaluation.point.omega)
+        self.slider[run] = cycle.slider
+        if size > self.largest.get(run, -1.0):
+            self.largest[run] = size
+            self.force[run], self.motion[run] = cycle.force, cycle.displacement
+
+    def dataset(self, attrs: dict[str, Any]) -> xr.Dataset:
+        """The labelled dataset."""
+        problem = self.balance.problem
+        names = [f"{contact.name} {d}" for contact in problem.contacts for d in contact.direction_names]
+        where = np.nanargmax(np.where(np.isnan(self.amplitude), -1.0, self.amplitude), axis=1)
+        top = np.take_along_axis(self.amplitude, where[:, None, :], axis=1)[:, 0]
+        return xr.Dataset(
+            described(
+                "load_history",
+                {
+                    "outcome": self.outcome,
+                    "amplitude": self.amplitude,
+                    "response": self.response,
+                    "largest_amplitude": top,
+                    "largest_frequency": self.frequencies[where],
+                    "largest_contact_force": self.force,
+                    "largest_contact_motion": self.motion,
+                    "slider": self.slider,
+                },
+            ),
+            {
+                "force_level": ("run", list(self.levels)),
+                "frequency": named("frequency", self.frequencies, "frequency", "Hz"),
+                "output": list(problem.output_names),
+                "row": names,
+                "part": ["re", "im"],
+            },
+            attrs,
+        )

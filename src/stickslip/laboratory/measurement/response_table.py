@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +76,15 @@ AHEAD = {"displacement": 0.0, "velocity": 0.5 * np.pi, "acceleration": np.pi}
 """rad by which a quantity is ahead of the displacement."""
 
 
+class Stated(NamedTuple):
+    """What a caller says of a file: its columns, their units, whose phase it holds, and other arguments of its tests."""
+
+    columns: Mapping[str, str | int]
+    units: Mapping[str, str]
+    phase_of: PhaseOf | None
+    about: dict[str, Any]
+
+
 def read_measured_response(
     path: str | Path,
     *,
@@ -106,7 +115,7 @@ def read_measured_response(
     the force levels unless `force` does; columns={"force": ...} names another. units: of "frequency", "amplitude" or "force".
     about: other arguments of `MeasuredResponse`, such as quantity, force, held, settings, error. Its name is that of the file.
     """
-    (test,) = _read(Path(path), None, columns, units, phase_of, about)
+    (test,) = _read(Path(path), None, Stated(columns or {}, units or {}, phase_of, about))
     return test
 
 
@@ -125,21 +134,15 @@ def read_measured_responses(
     universal files: each function of one response and reference is a test. Other arguments as for `read_measured_response`. The
     name of each is that of the file, the column and its value.
     """
-    return _read(Path(path), by, columns, units, phase_of, about)
+    return _read(Path(path), by, Stated(columns or {}, units or {}, phase_of, about))
 
 
-def _read(
-    file: Path,
-    by: str | int | None,
-    columns: Mapping[str, str | int] | None,
-    units: Mapping[str, str] | None,
-    phase_of: PhaseOf | None,
-    about: dict[str, Any],
-) -> list[MeasuredResponse]:
+def _read(file: Path, by: str | int | None, said: Stated) -> list[MeasuredResponse]:
     """The test of a file, or those that a column distinguishes."""
     existing("A measured response", [file])
+    columns, units, phase_of, about = said
     for what, given in (("columns", columns), ("units", units)):
-        for key in given or {}:
+        for key in given:
             if key not in TITLES:
                 raise fault(what, f"must name {', '.join(TITLES)}", key, nearest(key, TITLES))
     if phase_of is not None:
@@ -149,8 +152,8 @@ def _read(
         among("quantity", asked, MOTIONS)
     about = {"name": file.stem, **about}
     if is_universal(file):
-        return _of_universal_file(file, by, columns or {}, units or {}, asked, phase_of, about)
-    named: dict[str, str | int] = dict(columns or {})
+        return _of_universal_file(file, by, asked, said._replace(about=about))
+    named: dict[str, str | int] = dict(columns)
     if file.suffix.lower() == ".mat":
         table, named = response_columns(file.name, matlab_arrays([file])[0], named)
     else:
@@ -160,7 +163,7 @@ def _read(
     if number is not None and number in {column.index for column in found.values()}:
         raise fault("by", "must be a column that holds nothing else", by)
     notes = [*table.notes, *_not_used(table, found, number)]
-    stated = {"real" if key == "amplitude" and "real" in found else key: unit for key, unit in (units or {}).items()}
+    stated = {"real" if key == "amplitude" and "real" in found else key: unit for key, unit in units.items()}
     for key, other in (("real", "imaginary"), ("imaginary", "real")):
         if key in stated:
             stated.setdefault(other, stated[key])
@@ -179,16 +182,9 @@ def _read(
     ]
 
 
-def _of_universal_file(
-    file: Path,
-    by: str | int | None,
-    columns: Mapping[str, str | int],
-    units: Mapping[str, str],
-    asked: str | None,
-    phase_of: PhaseOf | None,
-    about: dict[str, Any],
-) -> list[MeasuredResponse]:
-    """The test of a universal file, or one of each function of the same response."""
+def _of_universal_file(file: Path, by: str | int | None, asked: str | None, said: Stated) -> list[MeasuredResponse]:
+    """The test of a universal file, or one of each function of the same response; asked: its quantity."""
+    columns, units, phase_of, about = said
     if by not in (None, BY_FUNCTION):
         raise fault("by", f"must be {BY_FUNCTION!r} for a universal file, each function being a test", by)
     for what, given, known in (("columns", columns, ("amplitude", "force")), ("units", units, FUNCTION_UNITS)):

@@ -45,10 +45,6 @@ class CubicSpring(Law):
         if finite("k3", self.k3) == 0.0:
             raise fault("k3", "must not be zero", self.k3)
 
-    @property
-    def has_normal(self) -> bool:
-        return False
-
     @classmethod
     def kernels(cls) -> tuple[Callable[..., Any], ...]:
         return step, period
@@ -101,10 +97,6 @@ class Gap(Law):
         positive("kn", self.kn)
         finite("gap", self.gap)
         finite("preload", self.preload)
-
-    @property
-    def has_normal(self) -> bool:
-        return True
 
     @property
     def has_friction(self) -> bool:

@@ -79,10 +79,6 @@ class FrictionDisc(Law):
     def _one_direction(self) -> Macroslip:
         return Macroslip(self.kt, self.mu, self.kn, self.preload, self.gap, self.normal_load)
 
-    @property
-    def has_normal(self) -> bool:
-        return self.kn is not None
-
     @classmethod
     def kernels(cls) -> tuple[Callable[..., Any], ...]:
         return step, period

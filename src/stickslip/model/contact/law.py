@@ -272,7 +272,11 @@ class Law(ABC):
     def share(self, fraction: float) -> Self:
         """The law of a point that carries this fraction of the surface: stiffnesses and loads times it, all else as it is."""
         whole = {name: getattr(self, name) for name in self.extensive if hasattr(self, name)}
-        changed = {name: _times(fraction, value) for name, value in whole.items() if value is not None}
+        changed = {
+            name: tuple(fraction * each for each in value) if np.ndim(value) else fraction * value
+            for name, value in whole.items()
+            if value is not None
+        }
         if hasattr(self, "mu"):
             changed["mu"] = share_of(self.mu, fraction)
         return replace(self, **changed)  # type: ignore[type-var]
@@ -319,14 +323,9 @@ class Law(ABC):
         return elements.friction[0], elements.normal.forces(z) if elements.normal is not None else np.zeros(0)
 
     @property
-    @abstractmethod
     def has_normal(self) -> bool:
-        """Whether the law needs a normal direction (a varying normal load)."""
-
-
-def _times(fraction: float, value: Any) -> Any:
-    """A number, or each of several, times a fraction."""
-    return tuple(fraction * each for each in value) if np.ndim(value) else fraction * value
+        """Whether the law needs a normal direction (a varying normal load): where it has a normal stiffness kn."""
+        return getattr(self, "kn", None) is not None
 
 
 @dataclass(frozen=True)
@@ -396,10 +395,6 @@ class SingleLoad(Law):
                 {"kn": self.kn, "normal_load": self.normal_load},
                 "Give exactly one of the two.",
             )
-
-    @property
-    def has_normal(self) -> bool:
-        return self.kn is not None
 
     def under_load(self, stiffness: Sequence[float], normal: bool, parameters: tuple[float, ...] = ()) -> Elements:
         """The table with one friction element of a stiffness [N/m] for each tangential direction, under the load."""

@@ -31,57 +31,56 @@ from stickslip.model.contact.protocol import ContactData, kind_of
 from stickslip.support.checks import Array, Index, fault, finite, several, square, storable, vector
 from stickslip.support.kernels import inner
 
-Value = float | Sequence[float]
-
 
 @dataclass(frozen=True)
-class SliderOffset:
-    """tau = kt (u_last − s): the slider rests at `value` = s, in m. s = 0 is the virgin contact."""
+class Start:
+    """A rule by which the friction elements of a contact start."""
 
-    value: Value = 0.0
-    code: ClassVar[int] = 0
-    key: ClassVar[str] = "slider_offset"
+    value: float | Sequence[float] = 0.0
+    code: ClassVar[int]
+    key: ClassVar[str]
 
     def values(self, size: int) -> Array:
-        """s of each of `size` friction elements, m."""
-        return vector("slider_offset", np.asarray(self.value), size)
+        """The value of each of `size` friction elements."""
+        return vector(self.key, np.asarray(self.value), size)
 
 
 @dataclass(frozen=True)
-class TractionRatio:
+class SliderOffset(Start):
+    """tau = kt (u_last − s): the slider rests at `value` = s, in m. s = 0 is the virgin contact."""
+
+    code = 0
+    key = "slider_offset"
+
+
+@dataclass(frozen=True)
+class TractionRatio(Start):
     """tau = m μN_last, `value` = m in [−1, 1]. Depends on the phase origin of the force.
 
     Equation 9 of "An Experimental and Computational Comparison of the Dynamic Response Variability in a Turbine Blade with
     Under-Platform Dampers".
     """
 
-    value: Value = 0.0
-    code: ClassVar[int] = 1
-    key: ClassVar[str] = "traction_ratio"
+    code = 1
+    key = "traction_ratio"
 
     def values(self, size: int) -> Array:
         """m of each of `size` friction elements."""
-        ratios = vector("traction_ratio", np.asarray(self.value), size)
+        ratios = super().values(size)
         if np.any(np.abs(ratios) > 1.0):
             raise fault("traction_ratio", "must lie in [-1, 1]", ratios.tolist(), "It is T/(mu N).")
         return ratios
 
 
 @dataclass(frozen=True)
-class MeanTraction:
+class MeanTraction(Start):
     """tau = T̄ − kt (ū − u_last): the mean traction over the period is `value` = T̄, in N."""
 
-    value: Value = 0.0
-    code: ClassVar[int] = 2
-    key: ClassVar[str] = "mean_traction"
-
-    def values(self, size: int) -> Array:
-        """T̄ of each of `size` friction elements, N."""
-        return vector("mean_traction", np.asarray(self.value), size)
+    code = 2
+    key = "mean_traction"
 
 
-Start = SliderOffset | TractionRatio | MeanTraction
-STARTS: tuple[type[SliderOffset] | type[TractionRatio] | type[MeanTraction], ...] = (SliderOffset, TractionRatio, MeanTraction)
+STARTS: tuple[type[Start], ...] = (SliderOffset, TractionRatio, MeanTraction)
 
 
 Direction = Mapping[str, float]

@@ -20,10 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.contact.dahl import Dahl
-from stickslip.model.contact.iwan import Iwan
 from stickslip.model.contact.law import Friction, Law, LoadDependentFriction
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.microslip import Iwan, MicroslipArray
 from stickslip.model.contact.point import Contact, ContactTable, Direction, contact_table
 from stickslip.model.dampers.damper import ContactSurface, Damper
 from stickslip.support import checks
@@ -343,9 +342,5 @@ def _slope_and_cone(rig: BetweenPlatforms, side: str) -> tuple[float, float]:
     points = [(point, law) for point, law in zip(rig.points, rig.laws, strict=True) if point.side == side]
     normal = points[0][0].normal
     slope = degrees(np.arctan2(abs(normal[0]), abs(normal[1])))
-    return slope, degrees(atan(min(_under_any_load(getattr(law, "mu", 0.0)) for _, law in points)))
-
-
-def _under_any_load(mu: Friction) -> float:
-    """The coefficient under a load as large as it takes to jam."""
-    return mu.values[-1] if isinstance(mu, LoadDependentFriction) else float(mu)
+    mus = [getattr(law, "mu", 0.0) for _, law in points]  # under a load as large as it takes to jam
+    return slope, degrees(atan(min(mu.values[-1] if isinstance(mu, LoadDependentFriction) else float(mu) for mu in mus)))

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.dampers.damper import Arc, Damper, Line, Section, Shape, Touch, outward, rounded_hull, uphill
-from stickslip.model.structure.rigid_body import RigidBody, box_inertia
+from stickslip.model.structure.assembly import RigidBody, box_inertia
 from stickslip.support.checks import Array, fault, not_negative, vector
 
 

@@ -30,8 +30,8 @@ from numpy.typing import ArrayLike
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import Contact, Motion, OnSurface, Start, contact_in_space
 from stickslip.model.loads import Force
+from stickslip.model.structure.assembly import RigidBody
 from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.support.checks import Array, InputError, fault, finite, nearest, not_negative, positive, square, vector
 
 LawOfShare = Callable[[float], Law]

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, ElasticPlatform
 from stickslip.model.dampers.damper import Shape, Touch, outward, uphill
-from stickslip.model.structure.rigid_body import RigidBody, box_inertia
+from stickslip.model.structure.assembly import RigidBody, box_inertia
 from stickslip.support.checks import fault, finite
 from stickslip.support.units import N_per_um
 

@@ -6,7 +6,7 @@ from math import radians, tan
 import numpy as np
 
 from stickslip.model.dampers.damper import Section, Shape, Touch, polygon
-from stickslip.model.structure.rigid_body import RigidBody
+from stickslip.model.structure.assembly import RigidBody
 from stickslip.support.checks import Array, between, fault
 
 MOST_LINES = 1000

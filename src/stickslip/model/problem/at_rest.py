@@ -426,7 +426,7 @@ def _bodies_of_mesh(mesh: Mesh, problem: Problem, B: Array) -> list[_Loose]:
     """The same of bodies of a mesh, whose rigid motions the coordinates hold."""
     loose = []
     for name, rows, rigid in mesh.stuck.bodies:
-        motions = mesh.on_coordinates(rigid)
+        motions = mesh.coordinates.shapes.T @ (mesh.stuck.stuck @ rigid)
         moved = np.abs(B @ motions).max(axis=0, initial=0.0)
         touching = moved > LOOSE * moved.max(initial=0.0)
         if np.any(touching):

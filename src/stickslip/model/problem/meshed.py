@@ -9,10 +9,10 @@ import numpy as np
 from stickslip.model.contact.point import Contact, stuck_stiffness
 from stickslip.model.loads import Force, Output
 from stickslip.model.problem.at_rest import Rest
-from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.problem import Mesh, Problem
+from stickslip.model.problem.speed import CentrifugalLoad
 from stickslip.model.problem.truncation import REACH
-from stickslip.model.structure.sparse import Report, SparseStructure
+from stickslip.model.structure.matrices import Report, SparseStructure
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE, StuckMesh, quiet
 from stickslip.support.checks import Array, counted
 

@@ -14,8 +14,7 @@ from scipy import linalg
 
 from stickslip.model.contact.point import Contact, Start, contact_table, stuck_stiffness
 from stickslip.model.loads import BaseMotion, Force, Output
-from stickslip.model.problem.centrifugal_load import inertia_along
-from stickslip.model.problem.speed import SpeedDependence
+from stickslip.model.problem.speed import SpeedDependence, inertia_along
 from stickslip.model.problem.systems import HarmonicSystems, loose_motions
 from stickslip.model.problem.truncation import truncated
 from stickslip.model.problem.warnings import warnings_of
@@ -24,7 +23,6 @@ from stickslip.model.structure.matrices import AerodynamicDamping, Damping, Dash
 from stickslip.model.structure.modes import Modes, natural_modes
 from stickslip.model.structure.stuck_mesh import Coordinates, StuckMesh
 from stickslip.support.checks import SMALLEST, Array, InputError, counted, fault, is_definite, of_kind, several, storable, unique
-from stickslip.support.renamed import renamed_property
 from stickslip.support.renderers import FIGURES
 
 HELD_ALONE = 1e-10
@@ -42,10 +40,6 @@ class Mesh:
     forces: Array
     coordinates: Coordinates
     solved: bool = False
-
-    def on_coordinates(self, motions: Array) -> Array:
-        """The coordinates (m, k) of motions (n, k) that they can describe."""
-        return np.asarray(self.coordinates.shapes.T @ (self.stuck.stuck @ motions))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,7 +84,7 @@ class Problem:
             raise InputError("Coriolis forces hold for one speed only and cannot be combined with `speed` or a moving base.")
         if self.speed is not None:
             of_kind("speed", self.speed, SpeedDependence)
-            self.speed.check(self._stiffness.shape)
+            self.speed.check(self.structure.whole_stiffness.shape)
         # Every degree of freedom that a contact, a load or an output names must exist; resolving the rows raises otherwise.
         _ = (self.B, self.output_rows, [self.structure.row(force.coefficients) for force in self.forces], self.mean_stiffness)
         _ = self.static_powers
@@ -192,8 +186,6 @@ class Problem:
         if self.speed is None:
             return warnings_of(self)
         return warnings_of(self.at_frequency(self.first_omega_at_rest))
-
-    doubts = renamed_property("doubts", "warnings")
 
     @cached_property
     def B(self) -> Array:
@@ -333,11 +325,6 @@ class Problem:
     def at_frequency(self, omega: float) -> Problem:
         """The problem that a point at a frequency of the excitation, rad/s, is of: `at_speed`, or itself without `speed`."""
         return self if self.speed is None else self.at_speed(self.speed.at(omega))
-
-    @property
-    def _stiffness(self) -> NDArray[Any]:
-        """All of K that the speed may stiffen."""
-        return self.structure.K
 
     def _stiffened(self, added: NDArray[Any]) -> Structure:
         """The structure with a part added to K; its damping is that of the structure without it."""

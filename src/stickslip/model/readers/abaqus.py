@@ -19,7 +19,7 @@ from stickslip.model.readers.input_cards import cards, fields
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.model import Content, dof
 from stickslip.model.readers.numbers import number_lines, refuse_cut, table, triplets, whole, within_file, within_memory
-from stickslip.model.structure.sparse import Sparse, both_triangles
+from stickslip.model.structure.matrices import Sparse, both_triangles
 from stickslip.support.checks import Array, Index, counted, fault
 
 FORMAT = "Abaqus matrix"

@@ -18,9 +18,8 @@ from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, field
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.model import Content, dof
 from stickslip.model.readers.numbers import coordinate, refuse_cut, table, triplets, whole
-from stickslip.model.structure.matrices import Point
+from stickslip.model.structure.matrices import Point, Sparse, both_triangles
 from stickslip.model.structure.solid import NODES, Group, mesh_matrices
-from stickslip.model.structure.sparse import Sparse, both_triangles
 from stickslip.support.checks import Array, InputError, counted, fault, finite, first_of, nearest
 
 ENDINGS = (".sti", ".mas", ".dof")

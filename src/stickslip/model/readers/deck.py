@@ -25,6 +25,7 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.readers.numbers import DIGITS, refuse_utf_16, within_memory
+from stickslip.model.structure.centrifugal import rotation_about
 from stickslip.model.structure.matrices import Point
 from stickslip.model.structure.mesh_surface import CORNERS, Cells
 from stickslip.support.checks import Array, Index, counted, fault, first_of, similar_file
@@ -438,7 +439,7 @@ def on_line(kind: str, first: Point, last: Point, extra: Point | None, normal: t
         raise fault("The ends of an arc of *NGEN", "must be equally far from its centre, not opposite", [first, last, extra])
     axis = axis / length
     angle = np.arctan2(np.cross(a, b) @ axis, a @ b) % (2.0 * np.pi)
-    return [_point(centre + _rotation(axis, angle * k / intervals) @ a) for k in range(intervals + 1)]
+    return [_point(centre + rotation_about(axis, angle * k / intervals) @ a) for k in range(intervals + 1)]
 
 
 def turned_about(shift: Array, turn: Sequence[float]) -> Callable[[Point], Point]:
@@ -448,15 +449,8 @@ def turned_about(shift: Array, turn: Sequence[float]) -> Callable[[Point], Point
     start, end, angle = np.array(turn[:3]), np.array(turn[3:6]), np.radians(turn[6])
     if not np.linalg.norm(end - start):
         raise fault("The axis of an instance", "must be given by two points", turn)
-    rotation = _rotation((end - start) / np.linalg.norm(end - start), angle)
+    rotation = rotation_about((end - start) / np.linalg.norm(end - start), angle)
     return lambda point: _point(start + rotation @ (np.array(point) + shift - start))
-
-
-def _rotation(axis: Array, angle: float) -> Array:
-    """The rotation about a unit vector (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
 
 
 def _point(values: Array) -> Point:

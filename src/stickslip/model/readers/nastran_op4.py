@@ -21,7 +21,7 @@ from scipy import sparse
 
 from stickslip.model.readers.model import SYNONYMS, Content
 from stickslip.model.readers.numbers import fixed_words, number_lines, within_memory
-from stickslip.model.structure.sparse import symmetric_sparse
+from stickslip.model.structure.matrices import symmetric_sparse
 from stickslip.support.checks import Array, InputError, counted, fault
 
 DOUBLE, COMPLEX = (2, 4), (3, 4)

@@ -14,26 +14,14 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers import (
-    abaqus,
-    ansys,
-    calculix,
-    harwell_boeing,
-    matlab,
-    matrix_market,
-    nastran_dmig,
-    nastran_op4,
-    numpy_archive,
-)
-from stickslip.model.readers.describe import implausible
-from stickslip.model.readers.model import NEEDED, SYNONYMS, Content, Model, chosen, model_of
+from stickslip.model.readers import abaqus, ansys, calculix, matlab, matrix_files, nastran_deck, nastran_op4, numpy_archive
+from stickslip.model.readers.model import NEEDED, SYNONYMS, Content, Model, chosen, implausible, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.numbers import refuse_packed
 from stickslip.model.readers.reduction import Progress, quiet, structure_of
 from stickslip.model.readers.stress_places import Keep, StrainGauge, Where, places_of, stress_rows_of
 from stickslip.model.structure.centrifugal import AxisLike, RotationAxis
-from stickslip.model.structure.matrices import Damping, Structure
-from stickslip.model.structure.sparse import square_sparse
+from stickslip.model.structure.matrices import Damping, Structure, square_sparse
 from stickslip.support.checks import InputError, fault, not_negative, several, similar_file, truth
 from stickslip.support.units import UnitSystem, unit_system
 
@@ -55,10 +43,10 @@ FORMATS = (
     Format("NumPy archive", (".npz",), numpy_archive.read),
     Format("MATLAB file", (".mat",), matlab.read),
     Format("Abaqus matrix", (".mtx",), abaqus.read),
-    Format("Matrix Market", (".mtx", ".mm"), matrix_market.read, matrix_market.START),
-    Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb", ".matrix"), harwell_boeing.read),
+    Format("Matrix Market", (".mtx", ".mm"), matrix_files.read_matrix_market, matrix_files.START),
+    Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb", ".matrix"), matrix_files.read_harwell_boeing),
     Format("Nastran OUTPUT4", (".op4",), nastran_op4.read),
-    Format("Nastran DMIG", (".pch", ".dmig", ".bdf"), nastran_dmig.read),
+    Format("Nastran DMIG", (".pch", ".dmig", ".bdf"), nastran_deck.read),
     Format("Ansys .full file", (".full",), ansys.read),
     Format("CalculiX run", (".sti", ".mas", ".dof", ".inp"), calculix.read),
 )

@@ -15,8 +15,7 @@ import numpy as np
 
 import stickslip
 from stickslip.model.readers import numpy_archive
-from stickslip.model.readers.describe import indefinite_mass
-from stickslip.model.readers.model import Model
+from stickslip.model.readers.model import Model, indefinite_mass
 from stickslip.model.readers.numbers import within_memory
 from stickslip.model.readers.stress_places import (
     Place,
@@ -27,12 +26,10 @@ from stickslip.model.readers.stress_places import (
     rotation_stress_of_body,
 )
 from stickslip.model.structure.centrifugal import CentrifugalLoads, RotationAxis
-from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic_reduction import craig_bampton, mode_names
-from stickslip.model.structure.matrices import Damping, Point, Structure
+from stickslip.model.structure.matrices import Damping, Point, SparseStructure, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface, recovery_rows, selection
-from stickslip.model.structure.modes import rigid_motions, without_resistance
-from stickslip.model.structure.sparse import SparseStructure
+from stickslip.model.structure.modes import ModeCount, rigid_motions, without_resistance
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.files import only_own_files, write_arrays

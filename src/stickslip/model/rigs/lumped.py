@@ -20,9 +20,9 @@ from typing import Literal
 
 import numpy as np
 
-from stickslip.model.contact.iwan import FourParameter, Iwan
 from stickslip.model.contact.law import Friction, share_of
 from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import FourParameter, Iwan
 from stickslip.model.contact.point import Contact, SliderOffset, Start, TractionRatio, between
 from stickslip.model.dampers.wedge import wedge_outline
 from stickslip.model.disks.tuned import TunedDisk

@@ -26,13 +26,12 @@ from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact, sta
 from stickslip.model.dampers.damper import hull_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
-from stickslip.model.structure.assembly import Spring
+from stickslip.model.structure.assembly import RigidBody, Spring
 from stickslip.model.structure.centrifugal import spinning
 from stickslip.model.structure.cyclic import MOST_SECTORS, NEXT, with_bodies
 from stickslip.model.structure.cyclic_reduction import CyclicReduction, Sector, cyclic_craig_bampton, rotation, sector_of
 from stickslip.model.structure.matrices import ModalDamping
 from stickslip.model.structure.mesh_surface import SectorSurface, sector_surface
-from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.solid import Material, Solid, box_mesh, located, solid
 from stickslip.support.checks import Array, InputError, between, fault, finite, nearest, not_negative, of_kind, positive
 

@@ -71,10 +71,8 @@ class RotationAxis:
         return np.eye(3) - np.outer(self.direction, self.direction)
 
     def turn(self, sectors: int, steps: int = 1) -> Array:
-        """R (3, 3), the rotation by `steps` of `sectors` equal sectors: R = d dᵀ + cos φ (1 − d dᵀ) + sin φ [d]ₓ."""
-        angle = 2.0 * pi * steps / sectors
-        along = np.outer(self.direction, self.direction)
-        return np.asarray(along + cos(angle) * (np.eye(3) - along) + sin(angle) * cross(np.array(self.direction)))
+        """R (3, 3), the rotation by `steps` of `sectors` equal sectors."""
+        return rotation_about(np.array(self.direction), 2.0 * pi * steps / sectors)
 
     def turned(self, points: Array, sectors: int, steps: int = 1) -> Array:
         """Points (n, 3) [m] rotated by `steps` sectors about the axis."""
@@ -234,6 +232,12 @@ def cross(a: Array) -> Array:
     """[a]ₓ (3, 3): [a]ₓ b = a × b."""
     x, y, z = a
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def rotation_about(direction: Array, angle: float) -> Array:
+    """R (3, 3), the rotation by an angle φ about a unit vector d: R = d dᵀ + cos φ (1 − d dᵀ) + sin φ [d]ₓ (Rodrigues)."""
+    along = np.outer(direction, direction)
+    return np.asarray(along + cos(angle) * (np.eye(3) - along) + sin(angle) * cross(direction))
 
 
 ACROSS = np.diag([1.0, 1.0, 0.0])

@@ -93,7 +93,7 @@ class CyclicStructure(Structure):
     masses, stiffnesses, dampings: (N//2 + 1, m, m) complex, one Hermitian matrix for each of the nodal `diameters`, which are all
     of 0..N//2 unless a reduction was asked for some. Made by `cyclic` or `sector_chain`. Directions may name degrees of freedom
     of the following sector with the prefix "next/". axis: about which the following sector comes counter-clockwise; z through
-    the origin unless given. turns: whether K at several speeds are those of shapes that the load turns (`turning`).
+    the origin unless given. turns: whether K at several speeds are those of shapes that the load turns (`Turning`).
     """
 
     diameters: HeldDiameters = ONE_SECTOR
@@ -107,6 +107,11 @@ class CyclicStructure(Structure):
     def sectors(self) -> int:
         """N."""
         return self.diameters.sectors
+
+    @property
+    def whole_stiffness(self) -> NDArray[Any]:
+        assert self.stiffnesses is not None
+        return self.stiffnesses
 
     def __repr__(self) -> str:
         return f"{super().__repr__()}, {self.sectors} sectors"

@@ -19,13 +19,11 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from stickslip.model.structure.centrifugal import Z_AXIS, RotationAxis
-from stickslip.model.structure.complete_modes import ModeCount, held_modes, longest, orthonormal
 from stickslip.model.structure.cyclic import CyclicStructure, cyclic
 from stickslip.model.structure.factor import Pencil, Singular, solver
-from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.modes import ROUNDING
+from stickslip.model.structure.matrices import Structure, symmetric_sparse
+from stickslip.model.structure.modes import ROUNDING, ModeCount, held_modes, longest, orthonormal
 from stickslip.model.structure.solid import Solid
-from stickslip.model.structure.sparse import symmetric_sparse
 from stickslip.support.checks import Array, Index, InputError, fault, first_of
 
 Progress = Callable[[float, str], None]

@@ -13,8 +13,8 @@ from scipy import sparse
 from scipy.sparse import linalg
 
 from stickslip.model.structure import pardiso
+from stickslip.model.structure.matrices import Report, Sparse
 from stickslip.model.structure.pardiso import Pardiso, advice
-from stickslip.model.structure.sparse import Report, Sparse
 from stickslip.support.checks import Array, Index
 
 METIS = "pymetis"

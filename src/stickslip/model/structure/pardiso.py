@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.structure.sparse import Report, Sparse
+from stickslip.model.structure.matrices import Report, Sparse
 from stickslip.support import machine
 from stickslip.support.checks import Array, fault
 

@@ -22,13 +22,11 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.structure.complete_modes import BLOCK, completed, eigenpairs_above, with_unit_mass
 from stickslip.model.structure.cyclic_reduction import mode_names
 from stickslip.model.structure.factor import Pencil, Singular
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import Report, Sparse, SparseStructure, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface
-from stickslip.model.structure.modes import rigid_motions, without_resistance
-from stickslip.model.structure.sparse import Report, Sparse, SparseStructure
+from stickslip.model.structure.modes import BLOCK, completed, eigenpairs_above, rigid_motions, with_unit_mass, without_resistance
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import Array, Index, InputError, counted
 

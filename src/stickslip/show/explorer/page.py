@@ -20,15 +20,7 @@ import numpy as np
 from dash import ALL, MATCH, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 
 from stickslip.analyses.settings import ForcedResponseSettings, marks
-from stickslip.show.explorer.figures import (
-    change_words,
-    clicked_point,
-    curve_figure,
-    detail_figures,
-    peak_place,
-    peak_words,
-    performance_figure,
-)
+from stickslip.show.explorer import figures
 from stickslip.show.explorer.solving import COARSE, OutdatedError, Slider, Solver, Values, varied
 from stickslip.show.plots.look import spoken
 from stickslip.show.plots.moving_picture import CONFIG as ALONE
@@ -253,45 +245,35 @@ def _add_client(app: Dash) -> None:
 
 
 def _add_server(app: Dash, solver: Solver) -> None:
-    """Callbacks that solve."""
-
-    def answered(wanted: Wanted | None) -> Any:
-        return _answered(solver, wanted) if wanted else no_update
-
-    def detailed(clicks: int, clicked: Any, answer: Any, wanted: Wanted | None) -> Any:
-        return _detailed(solver, clicks, clicked, answer, wanted)
-
-    def performed(tab: str, wanted: Wanted | None) -> Any:
-        shown = wanted and tab == "performance" and wanted["fine"]
-        return _performed(solver, wanted) if wanted and shown else (no_update, no_update)
-
-    def saved(clicks: int, wanted: Wanted | None) -> Any:
-        return {"content": solver.study(wanted["values"]), "filename": SAVED} if wanted else no_update
-
-    def coded(clicks: int, wanted: Wanted | None) -> Any:
-        return python_of(solver, wanted["values"]) if wanted else no_update
-
-    app.callback(Output("answer", "data"), Input("wanted", "data"))(answered)
+    """Callbacks that solve; each answers with nothing before the page wants something."""
+    wanted = State("wanted", "data")
+    app.callback(Output("answer", "data"), Input("wanted", "data"))(partial(_answered, solver))
     app.callback(
         Output("details", "children"),
         Input("show", "n_clicks"),
         Input("curve", "clickData"),
         State("answer", "data"),
-        State("wanted", "data"),
+        wanted,
         prevent_initial_call=True,
-    )(detailed)
+    )(partial(_detailed, solver))
     app.callback(
         Output("performance", "figure"),
         Output("performance-message", "children"),
         Input("tabs", "value"),
         Input("wanted", "data"),
-    )(performed)
-    app.callback(Output("download", "data"), Input("save", "n_clicks"), State("wanted", "data"), prevent_initial_call=True)(saved)
-    app.callback(Output("code", "data"), Input("copy", "n_clicks"), State("wanted", "data"), prevent_initial_call=True)(coded)
+    )(partial(_performed, solver))
+    app.callback(Output("download", "data"), Input("save", "n_clicks"), wanted, prevent_initial_call=True)(
+        lambda _, now: {"content": solver.study(now["values"]), "filename": SAVED} if now else no_update
+    )
+    app.callback(Output("code", "data"), Input("copy", "n_clicks"), wanted, prevent_initial_call=True)(
+        lambda _, now: python_of(solver, now["values"]) if now else no_update
+    )
 
 
-def _answered(solver: Solver, wanted: Wanted) -> Any:
+def _answered(solver: Solver, wanted: Wanted | None) -> Any:
     """The answer to a request, or nothing where a newer one has come."""
+    if not wanted:
+        return no_update
     tab, version, fine = str(wanted["tab"]), int(wanted["version"]), bool(wanted["fine"])
     solver.ask(tab, version)
     head = {"version": version, "fine": fine}
@@ -304,9 +286,9 @@ def _answered(solver: Solver, wanted: Wanted) -> Any:
         if not answer.response.dataset["frequency"].notnull().any():
             return head | {"message": " ".join(answer.sentences), "failed": True}
         return head | {
-            "figure": curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"])),
-            "numbers": peak_words(answer, output),
-            "changes": change_words(answer, pinned, output),
+            "figure": figures.curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"])),
+            "numbers": figures.peak_words(answer, output),
+            "changes": figures.change_words(answer, pinned, output),
             "message": " ".join(answer.sentences)
             or ("" if fine else f"Preview with at most {COARSE} harmonics. The curve with the settings of the study follows."),
             "failed": False,
@@ -336,16 +318,16 @@ def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wa
         clicks_on_points = (clicked or {}).get("points", ())
         if ctx.triggered_id == "curve" and clicks_on_points:
             pinned, at = solver.answer(wanted["pinned"]), clicks_on_points[0]
-            point: int | None = clicked_point(solved, pinned, output, float(at["x"]), float(at["y"]))
+            point: int | None = figures.clicked_point(solved, pinned, output, float(at["x"]), float(at["y"]))
         else:
-            point = peak_place(solved, output)
+            point = figures.peak_place(solved, output)
         if point is None:
             return html.P("No point of the curve converged.")
         hertz = float(solved.response.dataset["frequency"].values[0, point])
-        figures = detail_figures(solved, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
+        drawn = figures.detail_figures(solved, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
     except InputError as error:
         return html.P(str(error))
-    graphs = [_graph(number, figure) for number, figure in enumerate(figures)]
+    graphs = [_graph(number, figure) for number, figure in enumerate(drawn)]
     return html.Div([html.H2(f"At {hertz:.6g} Hz"), *graphs], **{"data-version": str(wanted["version"])})
 
 
@@ -361,8 +343,10 @@ def _graph(number: int, figure: dict[str, Any]) -> Any:
     return html.Div([graph, html.Div(steps, className="buttons")], className="moving")
 
 
-def _performed(solver: Solver, wanted: Wanted) -> Any:
-    """The performance curve round the present ratio."""
+def _performed(solver: Solver, shown: str, wanted: Wanted | None) -> Any:
+    """The performance curve round the present ratio, where its tab is shown."""
+    if not (wanted and shown == "performance" and wanted["fine"]):
+        return no_update, no_update
     try:
         problem = solver.problem(wanted["values"])
         pull = solver.performance_settings.get("pull") or max((abs(force.static) for force in problem.forces), default=0.0)
@@ -374,7 +358,7 @@ def _performed(solver: Solver, wanted: Wanted) -> Any:
         ratios = np.geomspace(ratio / RATIO_REACH, ratio * RATIO_REACH, RATIOS)
         output = _output(solver, wanted)
         curve, said = solver.performance(wanted["values"], ratios, output, str(wanted["tab"]), int(wanted["version"]))
-        return performance_figure(curve, ratio, bool(wanted["dark"])), said
+        return figures.performance_figure(curve, ratio, bool(wanted["dark"])), said
     except OutdatedError:
         return no_update, no_update
     except InputError as error:

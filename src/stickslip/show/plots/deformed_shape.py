@@ -16,8 +16,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.contacts_at_rest import fields_at_rest
 from stickslip.analyses.solved_points import SurfaceMotion
+from stickslip.analyses.static_load import fields_at_rest
 from stickslip.results.schema import in_system, system_of
 from stickslip.results.view import Length, unit_in
 from stickslip.show.plots.chart import wrapped

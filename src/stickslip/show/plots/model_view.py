@@ -16,10 +16,10 @@ from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import BaseMotion, Output
 from stickslip.model.problem import Problem
-from stickslip.model.problem.centrifugal_load import CentrifugalLoad
+from stickslip.model.problem.speed import CentrifugalLoad
+from stickslip.model.structure.assembly import arm_of
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.rigid_body import arm_of
 from stickslip.results.schema import in_system
 from stickslip.show.plots.look import CONTACTS, colour, house_style
 from stickslip.support.checks import Array, Index, InputError

@@ -13,23 +13,9 @@ import numpy as np
 
 from stickslip.analyses.stress import Margin, has_fatigue, smallest_margins
 from stickslip.analyses.truncation import ALL_MODES, ALL_NODES, SEATED
-from stickslip.results import quantities
+from stickslip.results import quantities, view
 from stickslip.results.quantities import peak_is_unstable
 from stickslip.results.schema import analysis_named
-from stickslip.results.view import (
-    Length,
-    Peak,
-    force_text,
-    higher_end,
-    highest_peak,
-    is_listed,
-    level_text,
-    levels_in_newtons,
-    measure_in,
-    peak_unit,
-    representatives,
-    spread,
-)
 from stickslip.show.report.conclusions import SAME, failures_of, linear_limits, reference, unbroken, warnings_of
 from stickslip.show.report.markup import cell, hertz, number, percent, picture, presentations, table, text
 from stickslip.support.checks import counted, listed
@@ -77,19 +63,19 @@ def comparison(datasets: Mapping[str, xr.Dataset]) -> str:
     where they have no force level in common, or their peaks are not of one quantity of one output.
     """
     results, first = list(datasets.values()), next(iter(datasets.values()))
-    kinds = {(str(data["output"].values[0]), measure_in(data), levels_in_newtons(data)) for data in results}
+    kinds = {(str(data["output"].values[0]), view.measure_in(data), view.levels_in_newtons(data)) for data in results}
     cases = [{level: case for case, level in enumerate(data["force_level"].values.tolist())} for data in results]
     common = sorted(set.intersection(*map(set, cases)))
     single = all(len(at) == data.sizes["case"] for at, data in zip(cases, results, strict=True))
     if len(results) < 2 or len(kinds) > 1 or not common or not single:
         return ""
-    shown, unit = [common[place] for place in spread(len(common), MOST_LEVELS)], peak_unit(*results)
+    shown, unit = [common[place] for place in view.spread(len(common), MOST_LEVELS)], view.peak_unit(*results)
     rows, lowest = [], {label: list[str]() for label in datasets}
     for (label, data), at in zip(datasets.items(), cases, strict=True):
         cells = "".join(_height(data, at[level], unit) for level in shown)
         least = max((at[level] for level in shown), key=lambda case: max(errors_of(data, case, 0).values(), default=np.inf))
         rows.append(f"<tr>{cell(label)}{cells}{cell(unbroken(error_words(data, least, 0)))}</tr>")
-    names, undecided = [force_text(first, cases[0][level]) for level in shown], list[str]()
+    names, undecided = [view.force_text(first, cases[0][level]) for level in shown], list[str]()
     for level, name in zip(shown, names, strict=True):
         low, high = np.array([_range(data, at[level]) for data, at in zip(results, cases, strict=True)]).T
         best = int(np.argmin(high))
@@ -107,9 +93,9 @@ def comparison(datasets: Mapping[str, xr.Dataset]) -> str:
     return f'<p class="headline">{text(unbroken(" ".join(said)))}</p>{answer}'
 
 
-def _height(dataset: xr.Dataset, case: int, unit: Length) -> str:
+def _height(dataset: xr.Dataset, case: int, unit: view.Length) -> str:
     """The highest peak of the first output of a curve as a cell: its size and frequency."""
-    peak = highest_peak(dataset, case)
+    peak = view.highest_peak(dataset, case)
     if peak is None:
         return cell(NOTHING)
     unstable = "unstable" if peak_is_unstable(dataset, case, 0, peak.point) else ""
@@ -120,10 +106,10 @@ def _height(dataset: xr.Dataset, case: int, unit: Length) -> str:
 def _range(dataset: xr.Dataset, case: int) -> tuple[float, float]:
     """Between which sizes the highest peak of the first output lies, by its estimated errors and the history of the static load;
     from 0 to infinity where this is not known."""
-    peak, errors = highest_peak(dataset, case), errors_of(dataset, case, 0)
+    peak, errors = view.highest_peak(dataset, case), errors_of(dataset, case, 0)
     if peak is None or _note(dataset, case, peak) or not errors or peak_is_unstable(dataset, case, 0, peak.point):
         return 0.0, np.inf
-    if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED or higher_end(dataset, case) is not None:
+    if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED or view.higher_end(dataset, case) is not None:
         return 0.0, np.inf
     error = sum(errors.values())
     seated = float(np.nan_to_num(dataset[SEATED.variable].values[case, 0])) if SEATED.variable in dataset else 0.0
@@ -138,20 +124,20 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
 
 def highest_peaks(label: str, dataset: xr.Dataset) -> str:
     """A table of the highest peaks, and why small vibrations are not those of stuck contacts where this is so."""
-    cases = representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
+    cases = view.representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
     outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
     shown = [(case, output) for case in cases for output in outputs]
     linear = linear_limits(dataset) if dataset.sizes["contact"] else ()  # a structure without contacts is one itself
     limits = [which for which in linear if any(_change(dataset, which, *place) != NOTHING for place in shown)]
     name = "" if len(outputs) > 1 else f" of {dataset['output'].values[0]}"
-    measure = measure_in(dataset)
+    measure = view.measure_in(dataset)
     size = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
     size += "" if measure.quantity.name == "displacement" else f" of the {measure.quantity.name}"
     heads = ["Force level", *(["Output"] if len(outputs) > 1 else []), "Frequency in Hz"]
     if engine_order(dataset):
         orders = np.atleast_1d(dataset.attrs.get("excited_orders", engine_order(dataset))).tolist()
         heads.append(f"Rotor speed in rev/min, engine order{'' if len(orders) == 1 else 's'} {', '.join(map(str, orders))}")
-    heads += [f"{size}{name} in {peak_unit(dataset).name}", "Estimated error", *(AGAINST[which] for which in limits)]
+    heads += [f"{size}{name} in {view.peak_unit(dataset).name}", "Estimated error", *(AGAINST[which] for which in limits)]
     heads += ["Fatigue margin"] if has_fatigue(dataset) else []
     margins = smallest_margins(dataset) if has_fatigue(dataset) else {}
     rows = [_row(dataset, case, output, len(outputs) > 1, limits, margins) for case, output in shown]
@@ -223,8 +209,8 @@ def engine_order(dataset: xr.Dataset) -> int:
 
 def _row(dataset: xr.Dataset, case: int, output: int, named: bool, limits: Sequence[str], margins: Mapping[int, Margin]) -> str:
     """The highest peak of one curve and output, or why there is none; named: with the name of the output."""
-    peak, unit, order = highest_peak(dataset, case, output), peak_unit(dataset), engine_order(dataset)
-    begin = cell(level_text(dataset, case), float(dataset["force_level"][case]))
+    peak, unit, order = view.highest_peak(dataset, case, output), view.peak_unit(dataset), engine_order(dataset)
+    begin = cell(view.level_text(dataset, case), float(dataset["force_level"][case]))
     begin += cell(str(dataset["output"].values[output])) if named else ""
     if peak is None:
         none = "not computed." if int(dataset["case_outcome"].values[case]) == Outcome.STOPPED else "no point converged."
@@ -244,11 +230,11 @@ def _row(dataset: xr.Dataset, case: int, output: int, named: bool, limits: Seque
     return f"<tr>{''.join(cells)}</tr>"
 
 
-def _note(dataset: xr.Dataset, case: int, peak: Peak) -> str:
+def _note(dataset: xr.Dataset, case: int, peak: view.Peak) -> str:
     """Why the largest point of a curve is no peak."""
     if peak.local:
         return ""
-    if is_listed(dataset):
+    if view.is_listed(dataset):
         return "largest listed"
     ended = {Outcome.CONVERGED: "no peak in the band", Outcome.STOPPED: "not finished"}
     return ended.get(Outcome(int(dataset["case_outcome"].values[case])), "the curve broke off")
@@ -256,7 +242,7 @@ def _note(dataset: xr.Dataset, case: int, peak: Peak) -> str:
 
 def _change(dataset: xr.Dataset, which: str, case: int, output: int) -> str:
     """Change of the amplitude and shift of the frequency against a linear resonance; of a peak, not of a largest point."""
-    peak = highest_peak(dataset, case, output)
+    peak = view.highest_peak(dataset, case, output)
     linear = reference(dataset, which, case, peak, output) if peak is not None and peak.local else None
     if peak is None or linear is None:
         return NOTHING
@@ -268,9 +254,9 @@ def _change(dataset: xr.Dataset, which: str, case: int, output: int) -> str:
     return f"{sign}{percent(abs(change))}, {moved}"
 
 
-def _sure(dataset: xr.Dataset, case: int, output: int, peak: Peak) -> str:
+def _sure(dataset: xr.Dataset, case: int, output: int, peak: view.Peak) -> str:
     """The largest estimate of error and what causes it; none of the last point of a curve that broke off on its way up."""
-    if not peak.local and not is_listed(dataset) and int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED:
+    if not peak.local and not view.is_listed(dataset) and int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED:
         return "cannot be judged"
     unstable = "unstable; " if peak_is_unstable(dataset, case, output, peak.point) else ""
     return unstable + error_words(dataset, case, output)

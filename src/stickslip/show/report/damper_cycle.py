@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.results.schema import Row, in_system, system_of
 from stickslip.show.plots.damper_cycle import cycle_names, damper_cycle, damper_cycles
-from stickslip.show.report.markup import Presentation, always, presents
+from stickslip.show.report.markup import presents
 from stickslip.support.checks import Array, counted, rounded
 from stickslip.support.late import pd, xr
 
@@ -78,10 +78,7 @@ def microjoules(dataset: xr.Dataset, energy: Array) -> Array:
     return np.where(np.abs(energy) < ROUNDING * largest, 0.0, 1e6 * energy)
 
 
-PRESENTATION = presents(
-    "damper_cycle",
-    Presentation("Damper cycle", sentences, failures, always({"damper_cycle": damper_cycle}), tables, answer="contacts"),
-)
+presents("damper_cycle", "Damper cycle", sentences, {"damper_cycle": damper_cycle}, tables, failures=failures, answer="contacts")
 
 
 def several_sentences(dataset: xr.Dataset) -> list[str]:
@@ -137,30 +134,23 @@ def several_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "outcome": _ended(dataset),
         }
     )
-    contacts = [
-        {
-            "cycle": int(cycle),
-            "contact": str(contact),
-            "energy [µJ]": float(microjoules(dataset, dataset.friction_work.sel(cycle=cycle, contact=contact).values)),
-            **{
-                f"{kind} [%]": 100.0 * float(dataset.share.sel(cycle=cycle, contact=contact, kind=kind))
-                for kind in dataset.kind.values
-            },
-        }
-        for cycle in dataset.cycle.values
-        for contact in dataset.contact.values
-    ]
+    work = dataset.friction_work.transpose("cycle", "contact").values
+    shares = 100.0 * dataset.share.transpose("cycle", "contact", "kind").values
+    contacts = {
+        "cycle": np.repeat(dataset.cycle.values, work.shape[1]),
+        "contact": np.tile(dataset.contact.values.astype(object), len(work)),
+        "energy [µJ]": microjoules(dataset, work).ravel(),
+        **{f"{kind} [%]": shares[..., k].ravel() for k, kind in enumerate(dataset.kind.values)},
+    }
     return {"cycles": cycles, "contacts": pd.DataFrame(contacts)}
 
 
-SEVERAL_PRESENTATION = presents(
+presents(
     ("steady_cycles", "damper_evolution"),
-    Presentation(
-        "Cycles of a damper",
-        several_sentences,
-        several_failures,
-        always({"damper_cycles": damper_cycles}),
-        several_tables,
-        answer="cycles",
-    ),
+    "Cycles of a damper",
+    several_sentences,
+    {"damper_cycles": damper_cycles},
+    several_tables,
+    failures=several_failures,
+    answer="cycles",
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.results.schema import Row
 from stickslip.results.view import length_text
 from stickslip.show.plots.time_response import decay, measured, stepped_sine
-from stickslip.show.report.markup import Presentation, always, hertz, percent, presents
+from stickslip.show.report.markup import hertz, percent, presents
 from stickslip.support.checks import Index, counted, first_of, in_percent
 from stickslip.support.late import pd, xr
 
@@ -128,27 +128,14 @@ def measured_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {ANSWER: answer.iloc[shown].reset_index(drop=True), "windows": windows}
 
 
-MEASURED = presents(
-    "measured_decay",
-    Presentation("Measured decay", measured_sentences, always([]), always({"measured_decay": measured}), measured_tables, ANSWER),
-)
-PRESENTATION = presents(
-    "free_decay", Presentation("Free decay", sentences, always([]), always({"decay": decay}), tables, histories=histories)
-)
+presents("measured_decay", "Measured decay", measured_sentences, {"measured_decay": measured}, measured_tables, answer=ANSWER)
+presents("free_decay", "Free decay", sentences, {"decay": decay}, tables, histories=histories)
 
 
 STEPPED_ANSWER = "highest amplitude at the end of a dwell"
 
 SETTLED = 1e-3
 """Estimated distance from the steady motion below which a dwell counts as long enough."""
-
-
-class Highest(NamedTuple):
-    """The highest amplitude of an output while the frequency goes one way."""
-
-    output: int
-    way: str
-    step: int
 
 
 def ways(dataset: xr.Dataset) -> list[tuple[str, Index]]:
@@ -160,12 +147,12 @@ def ways(dataset: xr.Dataset) -> list[tuple[str, Index]]:
     return [("upwards" if run[0] >= rising.size or rising[run[0]] else "downwards", run) for run in runs]
 
 
-def highest(dataset: xr.Dataset) -> Iterator[Highest]:
-    """Of every output and every run."""
+def highest(dataset: xr.Dataset) -> Iterator[tuple[int, str, int]]:
+    """Output, way and step of the highest amplitude of every output in every run that goes one way."""
     amplitude = dataset["amplitude"].values
     for output in range(dataset.sizes["output"]):
         for way, run in ways(dataset):
-            yield Highest(output, way, int(run[np.argmax(amplitude[run, output])]))
+            yield output, way, int(run[np.argmax(amplitude[run, output])])
 
 
 def stepped_sentences(dataset: xr.Dataset) -> list[str]:
@@ -232,30 +219,28 @@ def stepped_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     if "balance_amplitude" in dataset:
         columns["harmonic balance [m]"] = "balance_amplitude"
     columns["largest displacement [m]"] = "max_abs"
-    frequency, distance = dataset["frequency"].values, np.round(100.0 * dataset["distance"].values, 3)
-    distance = np.where(np.isfinite(distance), distance, np.nan)
-    top, every = [], []
-    for output, way, step in highest(dataset):
-        values = [float(dataset[key].values[step, output]) for key in columns.values()]
-        top.append((str(dataset["output"].values[output]), way, float(frequency[step]), *values, float(distance[step])))
-    for step, output in np.ndindex(dataset["amplitude"].shape):
-        values = [float(dataset[key].values[step, output]) for key in columns.values()]
-        every.append((str(dataset["output"].values[output]), float(frequency[step]), *values, float(distance[step])))
-    end = [*columns, "estimated distance from the steady motion [%]"]
-    return {
-        STEPPED_ANSWER: pd.DataFrame(top, columns=["output", "sweep direction", "frequency [Hz]", *end]),
-        "dwells": pd.DataFrame(every, columns=["output", "frequency [Hz]", *end]),
-    }
+    end = "estimated distance from the steady motion [%]"
+
+    def listed(step: Any, output: Any, way: Mapping[str, Any]) -> pd.DataFrame:
+        """A row for each step and output, with columns between both."""
+        distance = np.round(100.0 * dataset["distance"].values[step], 3)
+        found = {"output": dataset["output"].values.astype(object)[output], **way}
+        found |= {"frequency [Hz]": dataset["frequency"].values[step]}
+        found |= {head: dataset[name].values[step, output] for head, name in columns.items()}
+        return pd.DataFrame(found | {end: np.where(np.isfinite(distance), distance, np.nan)})
+
+    output, way, step = zip(*highest(dataset), strict=True)
+    steps, outputs = (index.ravel() for index in np.indices(dataset["amplitude"].shape))
+    top = listed(list(step), list(output), {"sweep direction": way})
+    return {STEPPED_ANSWER: top, "dwells": listed(steps, outputs, {})}
 
 
-STEPPED_PRESENTATION = presents(
+presents(
     "stepped_sine",
-    Presentation(
-        "Stepped sine",
-        stepped_sentences,
-        stepped_failures,
-        always({"stepped_sine": stepped_sine}),
-        stepped_tables,
-        STEPPED_ANSWER,
-    ),
+    "Stepped sine",
+    stepped_sentences,
+    {"stepped_sine": stepped_sine},
+    stepped_tables,
+    failures=stepped_failures,
+    answer=STEPPED_ANSWER,
 )

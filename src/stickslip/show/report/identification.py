@@ -6,7 +6,7 @@ Parameters with intervals, the fit of each loop, test or law, warnings; predicte
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,22 +23,9 @@ from stickslip.laboratory.identification.response.prediction_result import failu
 from stickslip.laboratory.identification.response.result import summary as response_summary
 from stickslip.laboratory.identification.response.result import times
 from stickslip.results.schema import Row, in_system, system_of
-from stickslip.show.plots.identification import (
-    held_out,
-    intervals,
-    law_loops_and_fit,
-    loops_and_fit,
-    measured_and_computed,
-    misfits,
-    over_cycles,
-    posterior,
-    predicted,
-    predicted_decay,
-    predicted_peaks,
-    residuals,
-)
+from stickslip.show.plots import identification as figures
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.markup import Presentation, always, percent, presents
+from stickslip.show.report.markup import percent, presents
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 
@@ -112,14 +99,11 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 PRESENTATION = presents(
     "identification",
-    Presentation(
-        "Identification of contact parameters",
-        sentences,
-        always([]),
-        always({"loops": loops_and_fit, "residuals": residuals, "posterior": posterior}),
-        tables,
-        answer="parameters",
-    ),
+    "Identification of contact parameters",
+    sentences,
+    {"loops": figures.loops_and_fit, "residuals": figures.residuals, "posterior": figures.posterior},
+    tables,
+    answer="parameters",
 )
 
 
@@ -165,12 +149,12 @@ def _over_load(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
 
 def law_figures(dataset: xr.Dataset) -> Figures:
     """Loops and fit; with several cycles their parameters, with several laws their errors."""
-    cycles: Figures = {"cycles": over_cycles} if dataset.sizes["cycle"] > 1 else {}
-    laws: Figures = {"laws": held_out} if dataset.sizes["law"] > 1 else {}
-    return {"loops": law_loops_and_fit, **cycles, **laws}
+    cycles: Figures = {"cycles": figures.over_cycles} if dataset.sizes["cycle"] > 1 else {}
+    laws: Figures = {"laws": figures.held_out} if dataset.sizes["law"] > 1 else {}
+    return {"loops": figures.law_loops_and_fit, **cycles, **laws}
 
 
-LAW_PRESENTATION = presents("contact_law", Presentation("Law of a contact", law_sentences, always([]), law_figures, law_tables))
+presents("contact_law", "Law of a contact", law_sentences, law_figures, law_tables)
 
 
 def response_failures(dataset: xr.Dataset) -> list[str]:
@@ -206,23 +190,24 @@ def _in_the_problem(own: list[float], unit: str, value: float, least: float) -> 
     return f"≥ {times(own, least, unit)}" if np.isfinite(least) else times(own, value, unit)
 
 
-RESPONSE_PRESENTATION = presents(
+presents(
     "response_identification",
-    Presentation(
-        "Parameters from frequency responses",
-        response_summary,
-        response_failures,
-        always({"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals}),
-        response_tables,
-        answer="parameters",
-    ),
+    "Parameters from frequency responses",
+    response_summary,
+    {"measured_and_computed": figures.measured_and_computed, "misfits": figures.misfits, "intervals": figures.intervals},
+    response_tables,
+    failures=response_failures,
+    answer="parameters",
 )
 
 
-def prediction_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """The predicted peaks, and the measured curves against what is predicted of them."""
-    found = {"predicted peaks": peak_table(dataset)}
-    return found | ({"measured against predicted": comparison_table(dataset)} if "measured" in dataset.sizes else {})
+def with_comparison(
+    answer: str, table: Callable[[xr.Dataset], pd.DataFrame], comparison: Callable[[xr.Dataset], pd.DataFrame], axis: str
+) -> Callable[[xr.Dataset], Mapping[str, pd.DataFrame]]:
+    """The tables of a prediction: the answer, and where a result has the axis of what is measured, that against it."""
+    return lambda dataset: (
+        {answer: table(dataset)} | ({"measured against predicted": comparison(dataset)} if axis in dataset.sizes else {})
+    )
 
 
 def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -230,35 +215,25 @@ def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"predicted curves": curve_table(dataset)}
 
 
-PREDICTION_PRESENTATION = presents(
+presents(
     "response_prediction",
-    Presentation(
-        "Predicted responses",
-        summary,
-        prediction_failures,
-        always({"predicted": predicted, "predicted_peaks": predicted_peaks}),
-        prediction_tables,
-        answer="predicted peaks",
-        histories=histories,
-    ),
+    "Predicted responses",
+    summary,
+    {"predicted": figures.predicted, "predicted_peaks": figures.predicted_peaks},
+    with_comparison("predicted peaks", peak_table, comparison_table, "measured"),
+    failures=prediction_failures,
+    answer="predicted peaks",
+    histories=histories,
 )
 
 
-def decay_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """Predicted frequency and damping, and the measured decays against what is predicted of them."""
-    found = {"predicted decay": decay_table(dataset)}
-    return found | ({"measured against predicted": decay_comparison_table(dataset)} if "decay" in dataset.sizes else {})
-
-
-DECAY_PRESENTATION = presents(
+presents(
     "decay_prediction",
-    Presentation(
-        "Predicted decay",
-        decay_summary,
-        decay_failures,
-        always({"predicted_decay": predicted_decay}),
-        decay_tables,
-        answer="predicted decay",
-        histories=whole_tables,
-    ),
+    "Predicted decay",
+    decay_summary,
+    {"predicted_decay": figures.predicted_decay},
+    with_comparison("predicted decay", decay_table, decay_comparison_table, "decay"),
+    failures=decay_failures,
+    answer="predicted decay",
+    histories=whole_tables,
 )

@@ -1,7 +1,7 @@
 """What pages of the report are made of: presentations of analyses, and HTML as strings.
 
 Presentations say how console, report, figures and tables show the results of an analysis. The module of an analysis in this
-folder registers it: `PRESENTATION = presents("campbell", Presentation(...))`.
+folder registers it: `presents("campbell", "Campbell diagram", ...)`.
 
 All data enter a page through `text` or `cell`, which escape them. Numbers as text: Hz, per cent, energies with prefix.
 
@@ -24,7 +24,7 @@ from functools import cache, partial
 from importlib import import_module
 from itertools import product
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -304,9 +304,9 @@ class Presentation:
 
     title: the analysis in words, "Forced response".
     sentences: what came out, one line each, for the console and the head of the report.
-    failures: a sentence for each case that failed; empty if none.
     figures: by name of the file.
     tables: by caption, columns with their units; for the report and for `stickslip export`.
+    failures: a sentence for each case that failed; empty if none.
     answer: the caption of the table that answers what was asked, which a report shows first.
     responses: whether its report is that of response curves, section by section; all others show figures and tables.
     histories: further tables as `tables`, too long for a report.
@@ -314,9 +314,9 @@ class Presentation:
 
     title: str
     sentences: Callable[[xr.Dataset], Sequence[str]]
-    failures: Callable[[xr.Dataset], Sequence[str]]
     figures: Callable[[xr.Dataset], Figures]
     tables: Callable[[xr.Dataset], Mapping[str, pd.DataFrame]]
+    failures: Callable[[xr.Dataset], Sequence[str]] = lambda dataset: ()
     answer: str = ""
     responses: bool = False
     histories: Callable[[xr.Dataset], Mapping[str, pd.DataFrame]] = lambda dataset: {}
@@ -324,14 +324,6 @@ class Presentation:
     def exported(self, dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         """All tables, as `stickslip export` writes them."""
         return {**self.tables(dataset), **self.histories(dataset)}
-
-
-Shown = TypeVar("Shown")
-
-
-def always(shown: Shown) -> Callable[[xr.Dataset], Shown]:
-    """The function of a presentation that shows the same of all results, such as figures by name, or no failures."""
-    return lambda dataset: shown
 
 
 _FINENESS = "The error due to harmonics = {harmonics} and samples = {samples} is not estimated: increase both to see it"
@@ -370,11 +362,20 @@ def _with_certainty(analysis: str, presentation: Presentation) -> Presentation:
 _PRESENTATIONS: dict[str, Presentation] = {}
 
 
-def presents(analyses: str | Sequence[str], presentation: Presentation) -> Presentation:
-    """Register what shows the results of one analysis or several, by their names in `[study] analysis`."""
+def presents(
+    analyses: str | Sequence[str],
+    title: str,
+    sentences: Callable[[xr.Dataset], Sequence[str]],
+    figures: Figures | Callable[[xr.Dataset], Figures],
+    tables: Callable[[xr.Dataset], Mapping[str, pd.DataFrame]],
+    **more: Any,
+) -> Presentation:
+    """Register what shows the results of one analysis or several, by their names in `[study] analysis`: the `Presentation` of
+    these and of more fields; figures by name where all results have the same."""
+    found = Presentation(title, sentences, figures if callable(figures) else lambda dataset: figures, tables, **more)
     for analysis in (analyses,) if isinstance(analyses, str) else analyses:
-        _PRESENTATIONS[analysis] = _with_certainty(analysis, presentation)
-    return presentation
+        _PRESENTATIONS[analysis] = _with_certainty(analysis, found)
+    return found
 
 
 @cache
@@ -398,22 +399,17 @@ def presentation_named(analysis: str) -> Presentation:
         raise fault("The analysis of the results", f"must be one of {', '.join(sorted(known))}", analysis)
     own = known[analysis]
 
-    def sentences(dataset: xr.Dataset) -> list[str]:
-        return [type(sentence)(shown_sentence(sentence, dataset)) for sentence in own.sentences(dataset)]
+    def in_units(tables: Mapping[str, pd.DataFrame], dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+        return {caption: shown_table(table, dataset) for caption, table in tables.items()}
 
-    def failures(dataset: xr.Dataset) -> list[str]:
-        return [shown_sentence(sentence, dataset) for sentence in own.failures(dataset)]
-
-    def figures(dataset: xr.Dataset) -> Figures:
-        return {name: partial(_shown, draw) for name, draw in own.figures(dataset).items()}
-
-    def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-        return {caption: shown_table(table, dataset) for caption, table in own.tables(dataset).items()}
-
-    def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-        return {caption: shown_table(table, dataset) for caption, table in own.histories(dataset).items()}
-
-    return replace(own, sentences=sentences, failures=failures, figures=figures, tables=tables, histories=histories)
+    return replace(
+        own,
+        sentences=lambda data: [type(sentence)(shown_sentence(sentence, data)) for sentence in own.sentences(data)],
+        failures=lambda data: [shown_sentence(sentence, data) for sentence in own.failures(data)],
+        figures=lambda data: {name: partial(_shown, draw) for name, draw in own.figures(data).items()},
+        tables=lambda data: in_units(own.tables(data), data),
+        histories=lambda data: in_units(own.histories(data), data),
+    )
 
 
 def _shown(draw: Callable[[xr.Dataset], Chart | Figure], dataset: xr.Dataset) -> Chart | Figure:

@@ -13,7 +13,7 @@ from stickslip.results.schema import in_system, system_of
 from stickslip.results.view import energy_text, size_text
 from stickslip.show.plots.disk import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.markup import Presentation, presents
+from stickslip.show.report.markup import presents
 from stickslip.support.checks import Array, counted
 from stickslip.support.late import pd, xr
 
@@ -151,4 +151,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {**shown, "amplification": amplification, "worst_blade": worst_blade} if several else shown
 
 
-PRESENTATION = presents("mistuned_population", Presentation("Mistuned disks", sentences, failures, figures, tables))
+presents("mistuned_population", "Mistuned disks", sentences, figures, tables, failures=failures)

@@ -8,17 +8,9 @@ import numpy as np
 
 from stickslip.analyses.modes.synthesis import SATURATION, saturated
 from stickslip.results.view import length_text, spread
-from stickslip.show.plots.nonlinear_modes import (
-    contact_states,
-    frequency_over_damping,
-    over_amplitude,
-    over_damping,
-    over_energy,
-    peaks_over_force,
-    shape,
-)
+from stickslip.show.plots import nonlinear_modes as plots
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.markup import Presentation, always, hertz, number, percent, presents
+from stickslip.show.report.markup import hertz, number, percent, presents
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -112,30 +104,27 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The peaks of the force levels, and the points of every mode."""
-    frames_by_caption: dict[str, pd.DataFrame] = {}
+    frames: dict[str, pd.DataFrame] = {}
+    number, outputs = dataset["mode_number"].values.astype(int), dataset["output"].values
     if _has_levels(dataset):
-        rows = []
-        for case, k in np.ndindex(dataset.sizes["case"], dataset.sizes["force_level"]):
-            at = dataset.isel(case=case, force_level=k)
-            values = [float(at[name]) for name in ("force_level", "level_frequency", "level_amplitude")]
-            rows.append((int(at["mode_number"]), *values))
-        heads = ["mode", "force level", "frequency [Hz]", f"{dataset['output'].values[0]} [m]"]
-        frames_by_caption["peaks of force levels"] = pd.DataFrame(rows, columns=heads)
-    frames = []
-    for case in range(dataset.sizes["case"]):
-        mode = dataset.isel(case=case)
-        columns = {"mode": np.full(mode.sizes["point"], int(mode["mode_number"]))}
-        columns["modal amplitude [m kg^0.5]"] = mode["modal_amplitude"].values
-        columns["frequency [Hz]"] = mode["frequency"].values
-        columns["damping ratio [%]"] = 100.0 * mode["damping_ratio"].values
-        for output, name in enumerate(dataset["output"].values):
-            columns[f"{name} [m]"] = mode["amplitude"].values[:, output]
-        columns["energy [J]"] = mode["energy"].values
-        columns["dissipated in contacts [J]"] = np.nansum(mode["dissipated"].values, axis=1)
-        columns["dissipated by viscous damping [J]"] = mode["viscous_work"].values
-        columns["force level of the peak"] = mode["peak_force_level"].values
-        frames.append(pd.DataFrame(columns)[np.isfinite(mode["frequency"].values)])
-    return frames_by_caption | {"nonlinear modes": pd.concat(frames, ignore_index=True)}
+        levels = dataset["force_level"].values
+        peaks = {"mode": np.repeat(number, levels.size), "force level": np.tile(levels, number.size)}
+        for head, name in (("frequency [Hz]", "level_frequency"), (f"{outputs[0]} [m]", "level_amplitude")):
+            peaks[head] = dataset[name].values.ravel()
+        frames["peaks of force levels"] = pd.DataFrame(peaks)
+    there = np.isfinite(dataset["frequency"].values)
+    columns = {
+        "mode": number[np.nonzero(there)[0]],
+        "modal amplitude [m kg^0.5]": dataset["modal_amplitude"].values[there],
+        "frequency [Hz]": dataset["frequency"].values[there],
+        "damping ratio [%]": 100.0 * dataset["damping_ratio"].values[there],
+        **{f"{name} [m]": dataset["amplitude"].values[there][:, k] for k, name in enumerate(outputs)},
+        "energy [J]": dataset["energy"].values[there],
+        "dissipated in contacts [J]": np.nansum(dataset["dissipated"].values[there], axis=1),
+        "dissipated by viscous damping [J]": dataset["viscous_work"].values[there],
+        "force level of the peak": dataset["peak_force_level"].values[there],
+    }
+    return frames | {"nonlinear modes": pd.DataFrame(columns)}
 
 
 def _has_levels(dataset: xr.Dataset) -> bool:
@@ -144,14 +133,14 @@ def _has_levels(dataset: xr.Dataset) -> bool:
 
 def figures(dataset: xr.Dataset) -> Figures:
     """Frequency and damping over amplitude and over energy, peaks of all force levels, the change of shape, what contacts do."""
-    shown: Figures = {"modes_over_amplitude": over_amplitude, "modes_over_energy": over_energy}
+    shown: Figures = {"modes_over_amplitude": plots.over_amplitude, "modes_over_energy": plots.over_energy}
     if np.isfinite(dataset["peak_force_level"].values).any():
-        shown = {**shown, "peaks_over_force": peaks_over_force}
-    shown = {**shown, "mode_shape": shape}
-    return {**shown, "contact_states": contact_states} if dataset.sizes["contact"] else shown
+        shown = {**shown, "peaks_over_force": plots.peaks_over_force}
+    shown = {**shown, "mode_shape": plots.shape}
+    return {**shown, "contact_states": plots.contact_states} if dataset.sizes["contact"] else shown
 
 
-PRESENTATION = presents("nonlinear_modes", Presentation("Nonlinear modes", sentences, failures, figures, tables))
+PRESENTATION = presents("nonlinear_modes", "Nonlinear modes", sentences, figures, tables, failures=failures)
 
 
 def cycle_sentences(dataset: xr.Dataset) -> list[str]:
@@ -189,40 +178,34 @@ def cycle_failures(dataset: xr.Dataset) -> list[str]:
 
 def cycle_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every limit cycle, and the curve on which they lie."""
-    cycles, curves = [], []
-    for case, d, k in np.argwhere(np.isfinite(dataset["frequency"].values)):
-        one = dataset.isel(case=case, aerodynamic_damping=d, limit_cycle=k)
-        row: dict[str, object] = {
-            "mode": int(one["mode_number"]),
-            "aerodynamic damping ratio [%]": 100.0 * float(one["aerodynamic_damping"]),
-        }
-        row |= {"stable": "yes" if float(one["stable"]) else "no", "frequency [Hz]": float(one["frequency"])}
-        row |= {f"{name} [m]": float(one["amplitude"][o]) for o, name in enumerate(dataset["output"].values)}
-        row["energy [J]"] = float(one["energy"])
-        row["dissipated in contacts [J]"] = float(np.nansum(one["dissipated"].values))
-        cycles.append(row)
-    for case in range(dataset.sizes["case"]):
-        one = dataset.isel(case=case)
-        there = np.isfinite(one["curve_damping"].values)
-        columns = {"mode": np.full(int(there.sum()), int(one["mode_number"]))}
-        columns["aerodynamic damping ratio [%]"] = -100.0 * one["curve_damping"].values[there]
-        columns["dζ/d ln A [%]"] = 100.0 * one["curve_slope"].values[there]
-        columns["frequency [Hz]"] = one["curve_frequency"].values[there]
-        for output, name in enumerate(dataset["output"].values):
-            columns[f"{name} [m]"] = one["curve_amplitude"].values[there, output]
-        columns["energy [J]"] = one["curve_energy"].values[there]
-        curves.append(pd.DataFrame(columns))
-    curve = pd.concat(curves, ignore_index=True)
-    return {"limit cycles": pd.DataFrame(cycles), "limit cycles by aerodynamic damping": curve}
+    number, outputs = dataset["mode_number"].values.astype(int), dataset["output"].values
+    found, there = np.isfinite(dataset["frequency"].values), np.isfinite(dataset["curve_damping"].values)
+    case, damping, _ = np.nonzero(found)
+    cycles = {
+        "mode": number[case],
+        "aerodynamic damping ratio [%]": 100.0 * dataset["aerodynamic_damping"].values[damping],
+        "stable": np.where(dataset["stable"].values[found] != 0.0, "yes", "no"),
+        "frequency [Hz]": dataset["frequency"].values[found],
+        **{f"{name} [m]": dataset["amplitude"].values[found][:, k] for k, name in enumerate(outputs)},
+        "energy [J]": dataset["energy"].values[found],
+        "dissipated in contacts [J]": np.nansum(dataset["dissipated"].values[found], axis=1),
+    }
+    curves = {
+        "mode": number[np.nonzero(there)[0]],
+        "aerodynamic damping ratio [%]": -100.0 * dataset["curve_damping"].values[there],
+        "dζ/d ln A [%]": 100.0 * dataset["curve_slope"].values[there],
+        "frequency [Hz]": dataset["curve_frequency"].values[there],
+        **{f"{name} [m]": dataset["curve_amplitude"].values[there][:, k] for k, name in enumerate(outputs)},
+        "energy [J]": dataset["curve_energy"].values[there],
+    }
+    return {"limit cycles": pd.DataFrame(cycles), "limit cycles by aerodynamic damping": pd.DataFrame(curves)}
 
 
-CYCLE_PRESENTATION = presents(
+presents(
     "limit_cycles",
-    Presentation(
-        "Limit cycles",
-        cycle_sentences,
-        cycle_failures,
-        always({"limit_cycles": over_damping, "limit_cycle_frequency": frequency_over_damping}),
-        cycle_tables,
-    ),
+    "Limit cycles",
+    cycle_sentences,
+    {"limit_cycles": plots.over_damping, "limit_cycle_frequency": plots.frequency_over_damping},
+    cycle_tables,
+    failures=cycle_failures,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -11,9 +12,9 @@ from stickslip.analyses.truncation import OWN_FORCES
 from stickslip.results.schema import Row
 from stickslip.results.view import measure_in, shown_unit, size_text
 from stickslip.show.plots.paper import Figures
-from stickslip.show.plots.performance_curve import REGIONS, design_space, dissipation, performance_band, performance_curves
+from stickslip.show.plots.performance_curve import design_space, dissipation, performance_band, performance_curves, region_of
 from stickslip.show.plots.variability import tornado
-from stickslip.show.report.markup import Presentation, always, percent, presents
+from stickslip.show.report.markup import percent, presents
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import in_percent, listed
 from stickslip.support.late import pd, xr
@@ -107,34 +108,30 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 def _points(dataset: xr.Dataset) -> pd.DataFrame:
     """Every point of every curve."""
-    rows, units = [], dataset["amplitude_per_force"].attrs["units"]
-    for case, mu in enumerate(dataset["friction"].values):
-        for k, ratio in enumerate(dataset["force_ratio"].values):
-            at = dataset.isel(case=case, point=k)
-            region = float(at["region"])
-            rows.append(
-                {
-                    "friction": float(mu),
-                    "F_C/F_E": float(ratio),
-                    "frequency [Hz]": float(at["frequency"]),
-                    f"amplitude per force [{units}]": float(at["amplitude_per_force"]),
-                    "inertance [m/(s2 N)]": float(at["inertance"]),
-                    "relative to no contacts": float(at["normalised_amplitude"]),
-                    "contacts": REGIONS[int(region)] if np.isfinite(region) else "",
-                    "loss factor": float(at["loss_factor"]),
-                    f"on an isola [{units}]": float(at["detached_amplitude_per_force"]),
-                }
-            )
-    return pd.DataFrame(rows)
+    units, (cases, count) = dataset["amplitude_per_force"].attrs["units"], dataset["region"].shape
+    known = {
+        "frequency": "frequency [Hz]",
+        "amplitude_per_force": f"amplitude per force [{units}]",
+        "inertance": "inertance [m/(s2 N)]",
+        "normalised_amplitude": "relative to no contacts",
+        "region": "contacts",
+        "loss_factor": "loss factor",
+        "detached_amplitude_per_force": f"on an isola [{units}]",
+    }
+    columns = {"friction": np.repeat(dataset["friction"].values, count)}
+    columns |= {"F_C/F_E": np.tile(dataset["force_ratio"].values, cases)}
+    columns |= {head: dataset[name].values.ravel() for name, head in known.items()}
+    return pd.DataFrame(columns).assign(contacts=lambda table: [region_of(region) for region in table["contacts"]])
 
 
-def figures(dataset: xr.Dataset) -> Figures:
-    """The curves as they were measured and as inertance at the same peaks, and which contact dissipates."""
-    as_inertance = {"performance_inertance": lambda data: performance_curves(data, "inertance")}
-    return {"performance_curve": performance_curves, **as_inertance, "dissipation": dissipation}
+FIGURES: Figures = {
+    "performance_curve": performance_curves,
+    "performance_inertance": partial(performance_curves, quantity="inertance"),
+    "dissipation": dissipation,
+}
+"""The curves as they were measured and as inertance at the same peaks, and which contact dissipates."""
 
-
-PRESENTATION = presents("performance_curve", Presentation("Performance curves", sentences, failures, figures, tables))
+presents("performance_curve", "Performance curves", sentences, FIGURES, tables, failures=failures)
 
 
 def band_sentences(dataset: xr.Dataset) -> list[str]:
@@ -180,15 +177,13 @@ def band_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"band of the performance curve": pd.DataFrame(columns)}
 
 
-BAND_PRESENTATION = presents(
+presents(
     "performance_band",
-    Presentation(
-        "Band of the performance curve",
-        band_sentences,
-        band_failures,
-        always({"performance_band": performance_band}),
-        band_tables,
-    ),
+    "Band of the performance curve",
+    band_sentences,
+    {"performance_band": performance_band},
+    band_tables,
+    failures=band_failures,
 )
 
 
@@ -225,10 +220,7 @@ def index_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"parameters": pd.DataFrame(columns)}
 
 
-INDEX_PRESENTATION = presents(
-    "sensitivity_indices",
-    Presentation("Which parameter matters", index_sentences, always([]), always({"tornado": tornado}), index_tables),
-)
+presents("sensitivity_indices", "Which parameter matters", index_sentences, {"tornado": tornado}, index_tables)
 
 
 MORE = 0.1
@@ -376,14 +368,12 @@ def _best_design(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-DESIGN_PRESENTATION = presents(
+presents(
     "damper_design",
-    Presentation(
-        "Design of a damper",
-        design_sentences,
-        design_failures,
-        always({"design_space": design_space}),
-        design_tables,
-        answer="best design",
-    ),
+    "Design of a damper",
+    design_sentences,
+    {"design_space": design_space},
+    design_tables,
+    failures=design_failures,
+    answer="best design",
 )

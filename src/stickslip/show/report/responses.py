@@ -13,34 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.analyses.contacts_at_rest import by_surface
 from stickslip.analyses.isolated import APART
 from stickslip.analyses.nodal_diameters import has_disk
+from stickslip.analyses.static_load import by_surface
 from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.analyses.variability.samples import percentiles as percentiles_of
-from stickslip.results import quantities
+from stickslip.results import quantities, view
 from stickslip.results.schema import CurveKind, Row, in_system, kind_words, kinds_in, shown_table, system_of
-from stickslip.results.view import (
-    chosen_levels,
-    force_text,
-    higher_end,
-    highest_peak,
-    is_cloud,
-    is_listed,
-    levels_of,
-    measure_in,
-    peaks_outside,
-    periods_of,
-    ranked,
-    representative_starts,
-    shown_unit,
-    size_text,
-    spread,
-    words_of,
-)
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, hysteresis_loops, loss_factor
 from stickslip.show.plots.disk import damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
@@ -57,7 +39,7 @@ from stickslip.show.plots.time_response import bound_cycles, contact_forces, for
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
 from stickslip.show.report.answer import error_words
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence, reached_sentences
-from stickslip.show.report.markup import Charts, Presentation, framed, hertz, number, presents, section
+from stickslip.show.report.markup import Charts, framed, hertz, number, presents, section
 from stickslip.show.report.stress import (
     fatigue_sentences,
     fatigue_table,
@@ -68,7 +50,7 @@ from stickslip.show.report.stress import (
 )
 from stickslip.solve.balance.fourier import of_attribute
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.support.checks import counted, in_percent
+from stickslip.support.checks import Array, counted, in_percent
 from stickslip.support.late import Figure, pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -136,7 +118,7 @@ def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
     columns |= {"frequency [Hz]": hertz_wanted[at]} if np.all(np.isfinite(hertz_wanted)) else {}
     for k, bound in enumerate(bounds["bound"].values):
         columns[f"{bound} [Hz]"] = bounds["resonance"].values[case, k, at]
-        size = f"{bound} {measure_in(bounds).kind} [{bounds['amplitude'].attrs['units']}]"
+        size = f"{bound} {view.measure_in(bounds).kind} [{bounds['amplitude'].attrs['units']}]"
         columns[size] = bounds["amplitude"].values[case, k, at]
         columns[f"{bound} loss_factor"] = bounds["loss_factor"].values[case, k, at]
     columns["start states without solution"] = bounds["unsolved_share"].values[case, at]
@@ -145,7 +127,7 @@ def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
 
 def _bounds_for_page(k: int, begin: str, dataset: xr.Dataset) -> str:
     """Both bounds at each force level and frequency; of peaks, each bound has a frequency of its own."""
-    frame, measure = bounds_table(dataset), measure_in(dataset)
+    frame, measure = bounds_table(dataset), view.measure_in(dataset)
     if "frequency [Hz]" in frame:
         frame = frame.drop(columns=[f"{bound} [Hz]" for bound in dataset["bound"].values])
     of = "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
@@ -192,11 +174,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         return bound_sentences(dataset)
     chosen = dataset.attrs.get("harmonics_chosen")
     lines = [*filter(None, [further_curves_sentence(dataset)]), *([f"{chosen}."] if chosen else []), *finer_sentences(dataset)]
-    measure = measure_in(dataset)
+    measure = view.measure_in(dataset)
     of = "" if measure == DISPLACEMENT_AMPLITUDE else f", {measure.words}"
     lines += [f"highest peaks of {dataset['output'].values[0]}{of}"]
-    levels = levels_of(dataset)
-    shown = chosen_levels(dataset, MOST_LINES)
+    levels = view.levels_of(dataset)
+    shown = view.chosen_levels(dataset, MOST_LINES)
     for cases in (levels[place] for place in shown):
         lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
     lines += [f"  {len(shown)} of {len(levels)} {_curves(dataset)}; the report shows all"] if len(shown) < len(levels) else []
@@ -231,8 +213,8 @@ def isolated_sentences(dataset: xr.Dataset) -> list[str]:
         searched.append("The table `[reached]` says which of these motions a machine shows from rest and in slow sweeps.")
     open_ = dataset["share_open"].values if "share_open" in dataset else np.zeros(0)
     if (
-        not (said or is_listed(dataset) or is_cloud(dataset))
-        and periods_of(dataset) == 1
+        not (said or view.is_listed(dataset) or view.is_cloud(dataset))
+        and view.periods_of(dataset) == 1
         and np.any((open_ > 0.0) & (open_ < 1.0))
     ):
         searched.append("Detached curves were not sought although contacts lift off; the table `[isolated]` seeks them.")
@@ -276,7 +258,7 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
 
 def _level(dataset: xr.Dataset, case: int) -> str:
     """ "force 20 N", or "force × 20" where levels are factors."""
-    level = force_text(dataset, case)
+    level = view.force_text(dataset, case)
     return level if level.startswith("force") else f"force {level}"
 
 
@@ -293,21 +275,21 @@ def level_line(dataset: xr.Dataset, case: int) -> str:
 
 def outside_lines(dataset: xr.Dataset) -> list[str]:
     """The highest peak of the first output outside the band, which does not count; none where no curve leaves it over a peak."""
-    found = [(case, peak) for case in range(dataset.sizes["case"]) for peak in peaks_outside(dataset, case, 0)[:1]]
+    found = [(case, peak) for case in range(dataset.sizes["case"]) for peak in view.peaks_outside(dataset, case, 0)[:1]]
     if not found:
         return []
     case, peak = max(found, key=lambda pair: pair[1].amplitude)
-    measure, (factor, units) = measure_in(dataset), _unit(dataset, "peak_amplitude")
+    measure, (factor, units) = view.measure_in(dataset), _unit(dataset, "peak_amplitude")
     size = factor * peak.amplitude / measure.per(float(dataset["force_level"][case]))
     return [f"  outside the band, where it does not count: {hertz(peak.frequency)} Hz, {measure.kind} {number(size)} {units}"]
 
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
     """Of many start states at one force level those with the lowest, the median and the highest response."""
-    chosen = representative_starts(dataset, cases)
-    level, solved = _level(dataset, cases[0]), len(ranked(dataset, cases))
+    chosen = view.representative_starts(dataset, cases)
+    level, solved = _level(dataset, cases[0]), len(view.ranked(dataset, cases))
     lines = [f"  {level}, {counted(len(cases), 'start state')}, {solved} of them solved"]
-    for word, case in zip(words_of(chosen), chosen, strict=True):
+    for word, case in zip(view.words_of(chosen), chosen, strict=True):
         start = f"start {int(dataset['start'][case]) + 1}"
         lines.append(f"    {word:<8} {start:<10} {peak_words(dataset, case)}")
     return lines
@@ -315,10 +297,10 @@ def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
 
 def bound_sentences(bounds: xr.Dataset) -> list[str]:
     """Where the bounds of each force level are furthest apart, and the highest one; of peaks both bounds."""
-    measure, (factor, units) = measure_in(bounds), _unit(bounds, "amplitude")
+    measure, (factor, units) = view.measure_in(bounds), _unit(bounds, "amplitude")
     of = "" if measure == DISPLACEMENT_AMPLITUDE else f" of the {measure.words}"
     lines = [f"bounds{of} over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
-    for case in spread(bounds.sizes["case"], MOST_LINES):
+    for case in view.spread(bounds.sizes["case"], MOST_LINES):
         level = f"{_level(bounds, case):<14}"
         low, high = factor * bounds["amplitude"].values[case]
         if not np.any(np.isfinite(high - low)):
@@ -345,13 +327,13 @@ def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
 
 def peak_words(dataset: xr.Dataset, case: int) -> str:
     """The highest peak of the first output of one curve, and its end where that is higher."""
-    highest = highest_peak(dataset, case)
+    highest = view.highest_peak(dataset, case)
     if highest is None:
         return "no point was found"
-    measure, (factor, units) = measure_in(dataset), _unit(dataset, "peak_amplitude")
+    measure, (factor, units) = view.measure_in(dataset), _unit(dataset, "peak_amplitude")
     size = factor * highest.amplitude / measure.per(float(dataset["force_level"][case]))
     if not highest.local:
-        what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
+        what = "largest of the listed frequencies, at" if view.is_listed(dataset) else "no peak; largest at"
         return f"{what} {hertz(highest.frequency)} Hz: {measure.kind} {number(size)} {units}"
     error, loss = error_words(dataset, case, 0), number(highest.loss_factor)
     sentence = f"{hertz(highest.frequency):>9} Hz   {measure.kind} {number(size):>8} {units} (error {error})   loss factor {loss}"
@@ -359,7 +341,7 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     unjudged = "" if quantities.none_is_judged(dataset) else quantities.peak_unjudged(dataset, case, 0)
     sentence += f", stability {unjudged}" if unjudged else ""
     sentence += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
-    end = higher_end(dataset, case)
+    end = view.higher_end(dataset, case)
     if end is None:
         return sentence
     size = factor * end.amplitude / measure.per(float(dataset["force_level"][case]))
@@ -369,7 +351,7 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
 def _unit(dataset: xr.Dataset, variable: str) -> tuple[float, str]:
     """The factor from SI to the unit that a variable is shown in, and its name; displacements are in µm or m by the largest."""
     sizes = dataset[variable if dataset[variable].size else "amplitude"].values
-    unit = shown_unit(dataset[variable].attrs["units"], float(np.max(sizes[np.isfinite(sizes)], initial=0.0)), dataset)
+    unit = view.shown_unit(dataset[variable].attrs["units"], float(np.max(sizes[np.isfinite(sizes)], initial=0.0)), dataset)
     return 1.0 / unit.metres, unit.name
 
 
@@ -400,9 +382,14 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return frames | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
 
 
-PRESENTATION = presents(
+presents(
     ("forced_response", "response_bounds", "response_samples"),
-    Presentation("Forced response", sentences, failures, figures_of, tables, responses=True),
+    "Forced response",
+    sentences,
+    figures_of,
+    tables,
+    failures=failures,
+    responses=True,
 )
 
 
@@ -412,7 +399,7 @@ MOST_HELD = 12
 
 
 def _held_name(dataset: xr.Dataset, case: int) -> str:
-    return size_text(float(dataset["held_amplitude"].values[case]), dataset["held_amplitude"].attrs["units"], dataset)
+    return view.size_text(float(dataset["held_amplitude"].values[case]), dataset["held_amplitude"].attrs["units"], dataset)
 
 
 def held_sentences(dataset: xr.Dataset) -> list[str]:
@@ -450,17 +437,16 @@ def held_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Phase resonances, and every point of every curve."""
     units, level = dataset["held_amplitude"].attrs["units"], dataset["force_level"].attrs["units"]
     force, held = f"force level [{level}]", f"{dataset.attrs['quantity']} [{units}]"
-    rows, points = [], []
-    for case, amplitude in enumerate(dataset["held_amplitude"].values.tolist()):
-        for k in np.flatnonzero(np.isfinite(dataset["resonance_frequency"].values[case])):
-            values = [float(dataset[f"resonance_{name}"].values[case, k]) for name in ("frequency", "force_level", "loss_factor")]
-            rows.append((amplitude, *values))
-        for k in np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED):
-            columns = ("frequency", "force_level", "phase", "loss_factor")
-            points.append((amplitude, *(float(dataset[name].values[case, k]) for name in columns)))
-    at_90 = pd.DataFrame(rows, columns=[held, "frequency [Hz]", force, "loss factor"])
-    curves = pd.DataFrame(points, columns=[held, "frequency [Hz]", force, "phase [degree]", "loss factor"])
-    return {HELD_ANSWER: at_90, "controlled response": curves}
+
+    def listed(there: Array, names: Mapping[str, str]) -> pd.DataFrame:
+        """A row for each case and place that is there, of variables by the heads of their columns."""
+        amplitude = dataset["held_amplitude"].values[np.nonzero(there)[0]]
+        return pd.DataFrame({held: amplitude, **{head: dataset[name].values[there] for head, name in names.items()}})
+
+    resonance = {"frequency [Hz]": "resonance_frequency", force: "resonance_force_level", "loss factor": "resonance_loss_factor"}
+    curve = {"frequency [Hz]": "frequency", force: "force_level", "phase [degree]": "phase", "loss factor": "loss_factor"}
+    at_90 = listed(np.isfinite(dataset["resonance_frequency"].values), resonance)
+    return {HELD_ANSWER: at_90, "controlled response": listed(dataset["outcome"].values == Outcome.CONVERGED, curve)}
 
 
 def held_figures(dataset: xr.Dataset) -> Figures:
@@ -470,7 +456,12 @@ def held_figures(dataset: xr.Dataset) -> Figures:
     return {**found, "phase_resonances": resonances} if known > 1 else found
 
 
-HELD_PRESENTATION = presents(
+presents(
     "controlled_response",
-    Presentation("Controlled response", held_sentences, held_failures, held_figures, held_tables, answer=HELD_ANSWER),
+    "Controlled response",
+    held_sentences,
+    held_figures,
+    held_tables,
+    failures=held_failures,
+    answer=HELD_ANSWER,
 )

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from stickslip.analyses.contacts_at_rest import by_surface
+from stickslip.analyses.static_load import by_surface
 from stickslip.analyses.truncation import finer_sentences
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import quantities, view

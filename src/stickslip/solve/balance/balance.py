@@ -35,8 +35,15 @@ from stickslip.solve.balance.fourier import (
     orders,
 )
 from stickslip.solve.balance.linear_part import LinearPart
-from stickslip.solve.balance.modal_matrix import from_line, in_line, places, three_blocks, weights_on
-from stickslip.solve.balance.newton_matrix import lu_solve_transposed, pushed
+from stickslip.solve.balance.newton_matrix import (
+    from_line,
+    in_line,
+    lu_solve_transposed,
+    places,
+    pushed,
+    three_blocks,
+    weights_on,
+)
 from stickslip.solve.balance.receptance import driven_states, frequency_gains, pulled_by_states
 from stickslip.solve.balance.system import FREE, SMALLER, Border, Bordered, Control, Direction, State, System
 from stickslip.support.checks import Array, Index, fault

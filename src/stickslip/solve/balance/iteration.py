@@ -7,18 +7,21 @@ from numba import boolean, float64, typeof, types
 from numpy.typing import NDArray
 
 from stickslip.solve.balance.contact_forces import contact_forces
-from stickslip.solve.balance.modal_matrix import factorised_on_states, places, solve_on_states, takes_states
 from stickslip.solve.balance.newton_matrix import (
+    factorised_on_states,
     lu_factor,
     lu_solve,
     moved_rows,
     newton_matrix,
     orientation,
+    places,
     pull,
     push,
     pushed_by,
+    solve_on_states,
     spread,
     subtract,
+    takes_states,
     unknown_entries,
 )
 from stickslip.solve.balance.receptance import (
@@ -203,21 +206,14 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
 def factorised(state: State, matrix: Array, offsets: Index, mask: NDArray[np.bool_]) -> Bordered:
     """The factors of a matrix on the unknowns of λ themselves."""
     pivots = lu_factor(matrix)
-    return _on_forces(state, matrix, pivots, offsets, mask, orientation(matrix, pivots))
-
-
-@inner
-def _on_forces(
-    state: State, matrix: Array, pivots: NDArray[np.int32], offsets: Index, mask: NDArray[np.bool_], sign: float
-) -> Bordered:
-    return Bordered(matrix, pivots, offsets, mask, sign, empty_table(0, 0), state.own, 0.0)
+    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots), empty_table(0, 0), state.own, 0.0)
 
 
 @inlined
 def no_factors(state: State) -> Bordered:
     """What stands for factors where nothing was factorised."""
-    mask = np.empty((0, 0), dtype=np.bool_)
-    return _on_forces(state, empty_table(0, 0), np.empty(0, dtype=np.int32), zero_numbers(0), mask, 0.0)
+    none, mask = empty_table(0, 0), np.empty((0, 0), dtype=np.bool_)
+    return Bordered(none, np.empty(0, dtype=np.int32), zero_numbers(0), mask, 0.0, none, state.own, 0.0)
 
 
 @inner

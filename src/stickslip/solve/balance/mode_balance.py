@@ -21,7 +21,6 @@ from stickslip.model.problem.systems import LinearSystem
 from stickslip.solve.balance import newton_parts
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point, constant_size
 from stickslip.solve.balance.energy import cycle_work
-from stickslip.solve.balance.extended_structure import ExtendedStructure, coordinates_called, coordinates_slope
 from stickslip.solve.balance.fourier import (
     Harmonics,
     columns_of,
@@ -33,7 +32,7 @@ from stickslip.solve.balance.fourier import (
     real_harmonics,
 )
 from stickslip.solve.balance.linear_part import is_diagonal, stuck_modes
-from stickslip.solve.balance.mode_iteration import ModeSystem
+from stickslip.solve.balance.mode_iteration import ExtendedStructure, ModeSystem, coordinates_called, coordinates_slope
 from stickslip.solve.balance.system import FREE
 from stickslip.support.checks import Array, Index, fault
 
@@ -160,11 +159,6 @@ class ModeBalance(HarmonicBalance):
         state, own = self.modal_coordinates(evaluation), np.ascontiguousarray(forces[:-1])
         place = self.omega_of(point), self.damping_of(point), float(np.exp(point.level))
         return np.asarray(coordinates_slope(structure, evaluation.state.gains, state, own, amounts, *place))
-
-    def first_harmonic_slope(self, evaluation: Evaluation, forces: Array, rate: float) -> NDArray[np.complex128]:
-        """Derivative of Q₁ of every degree of freedom along the curve, (n,)."""
-        slope = self.coordinates_slope(evaluation, forces, rate)
-        return np.asarray(self.structures.whole[self.structures.key[1]] @ slope[:, 1])
 
     def whole_motion(self, evaluation: Evaluation) -> Array:
         """q of every degree of freedom (n, 2H+1), m."""

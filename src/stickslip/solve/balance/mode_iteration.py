@@ -3,6 +3,12 @@
 Unknowns beside λ are ω and ζ. They stand in one more row of `forces`, (contact rows + 1, 2H+1): ω over the stuck natural
 frequency in column 1, ζ in column 2; the modal residual stands in the same places of `residual`. The path parameter is ln a, in
 place of the force level; the frequency of a point is the stuck natural frequency.
+
+The linear part is the structure with C − 2ζωM in place of C, and the followed mode's coordinate kept. With η the coordinates of
+the stuck modes, φᴴK'φ = 1 and φᴴMφ = q, harmonic h obeys D η = φᴴ(p − Bᴴλ), D = 1 + s (c − 2ζω q) + s² q, s = i h ω. At harmonic
+1 the row of the followed mode is left out of D and its coordinate is the given amplitude a: what remains is regular at a stuck
+mode, where λ and the followed mode's own D vanish together. The row left out, divided by a, is the modal residual: two real
+equations for ω and ζ.
 """
 
 from functools import cache
@@ -13,22 +19,6 @@ from numpy.typing import NDArray
 
 from stickslip.model.contact.point import ContactTable, contact_table
 from stickslip.solve.balance.contact_forces import contact_forces
-from stickslip.solve.balance.extended_structure import (
-    ExtendedStructure,
-    changes,
-    coordinates,
-    coupled,
-    extended_driven,
-    extended_gains,
-    extended_pulled,
-    extended_receptance,
-    modal_residual,
-    modal_slopes,
-    received,
-    seen,
-    shape_at,
-    slopes,
-)
 from stickslip.solve.balance.fourier import Fourier, fourier
 from stickslip.solve.balance.iteration import (
     evaluate_signature,
@@ -41,8 +31,327 @@ from stickslip.solve.balance.newton_matrix import lu_solve, moved_rows, newton_m
 from stickslip.solve.balance.receptance import Complex
 from stickslip.solve.balance.system import FREE, Border, Bordered, Control, Direction, State
 from stickslip.support.checks import Array, Index
-from stickslip.support.kernels import inner, separate
+from stickslip.support.kernels import boxed, inner, kernel, separate
+from stickslip.support.kernels.arrays import rows_of
 from stickslip.support.kernels.views import placed_as
+
+
+class ExtendedStructure(NamedTuple):
+    """Stuck modes of each structure that a harmonic sees, k = key[h]; m of them, as many in each.
+
+    real, imaginary (keys, motion rows, m): shapes at contact rows, then outputs; imaginary (0, 0, 0) where all are real;
+    squares (keys, m): q = 1/ω²; damping (keys, m, m): φᴴCφ, or (keys, 1, m), its diagonal, where it couples no modes;
+    static (m,): φᴴp of the constant loads at harmonic 0; key (H+1,), −1 of a harmonic that is not balanced; followed: the mode;
+    extended: the highest harmonic that has the term −2ζωM.
+    """
+
+    real: Array
+    imaginary: Array
+    squares: Array
+    damping: Complex
+    static: Complex
+    key: Index
+    followed: int
+    extended: int
+
+
+@inner
+def extended_gains(structure: ExtendedStructure, omega: float, zeta: float) -> Complex:
+    """D⁻¹ of every harmonic, (H+1, m, m), or its diagonal (H+1, 1, m); at harmonic 1 with the row and column of the followed mode
+    replaced by those of the identity."""
+    followed, width = structure.followed, structure.damping.shape[1]
+    size = structure.squares.shape[1]
+    gains = np.zeros((structure.key.size, width, size), dtype=np.complex128)
+    own = np.empty(size, dtype=np.complex128)
+    for h in range(structure.key.size):
+        k = structure.key[h]
+        if k < 0:
+            continue
+        for j in range(size):
+            own[j] = own_dynamics(structure, h, j, omega, zeta)
+        if h == 1:
+            own[followed] = 1.0
+        if width == 1:
+            for j in range(size):
+                gains[h, 0, j] = 1.0 / own[j] if own[j] != 0.0 else complex(np.nan, np.nan)
+            continue
+        matrix = 1j * h * omega * structure.damping[k]
+        for j in range(size):
+            matrix[j, j] = own[j]
+            if h == 1 and j != followed:
+                matrix[j, followed] = matrix[followed, j] = 0.0
+        gains[h] = _inverse(matrix)
+    return gains
+
+
+@kernel
+def extended_gains_called(structure: ExtendedStructure, omega: float, zeta: float) -> Complex:
+    """`extended_gains` for calls from Python."""
+    return boxed(extended_gains(structure, omega, zeta))
+
+
+@inner
+def _inverse(matrix: Complex) -> Complex:
+    """The inverse; NaN where there is none, to which nothing converges."""
+    if np.all(np.isfinite(matrix)):
+        try:
+            return np.linalg.inv(matrix)  # type: ignore[return-value]
+        except Exception:  # numba knows no narrower class; inv raises for an exact zero pivot alone
+            pass
+    return np.full_like(matrix, complex(np.nan, np.nan))
+
+
+@inner
+def own_dynamics(structure: ExtendedStructure, h: int, j: int, omega: float, zeta: float) -> complex:
+    """Diagonal entry 1 + s (c − 2ζω q) + s² q of mode j at s = i h ω."""
+    k = structure.key[h]
+    s, q = 1j * h * omega, structure.squares[k, j]
+    c = structure.damping[k, j if structure.damping.shape[1] > 1 else 0, j]
+    shift = 2.0 * zeta * omega if h <= structure.extended else 0.0
+    return complex(1.0 + s * (c - shift * q) + s * s * q)
+
+
+@inner
+def _respond(gains: Complex, load: Complex) -> Complex:
+    """D⁻¹ of one harmonic times loads (m, columns)."""
+    if gains.shape[0] > 1:
+        return np.dot(gains, load)  # type: ignore[no-any-return]
+    found = np.empty_like(load)
+    for j in range(load.shape[0]):
+        for c in range(load.shape[1]):
+            found[j, c] = gains[0, j] * load[j, c]
+    return found
+
+
+@inner
+def _by_harmonic(gains: Complex, load: Complex) -> Complex:
+    """D⁻¹ of every harmonic times its load, both (m, H+1)."""
+    found = np.empty_like(load)
+    for h in range(load.shape[1]):
+        found[:, h] = _respond(gains[h], np.ascontiguousarray(load[:, h : h + 1]))[:, 0]
+    return found
+
+
+@inner
+def received(structure: ExtendedStructure, forces: Array) -> Complex:
+    """φᴴBᴴλ of every harmonic, (m, H+1), for forces λ (contact rows, 2H+1)."""
+    found = np.zeros((structure.squares.shape[1], structure.key.size), dtype=np.complex128)
+    for h in range(structure.key.size):
+        k = structure.key[h]
+        if k < 0:
+            continue
+        for r in range(forces.shape[0]):
+            value = complex(forces[r, 2 * h - 1], -forces[r, 2 * h]) if h else complex(forces[r, 0], 0.0)
+            if value == 0.0:
+                continue
+            for j in range(found.shape[0]):
+                found[j, h] += shape_at(structure, k, r, j).conjugate() * value
+    return found
+
+
+@inner
+def shape_at(structure: ExtendedStructure, k: int, row: int, j: int) -> complex:
+    """φ of mode j at a motion row, of structure k."""
+    imaginary = structure.imaginary[k, row, j] if structure.imaginary.size else 0.0
+    return complex(structure.real[k, row, j], imaginary)
+
+
+@inner
+def seen(structure: ExtendedStructure, state: Complex) -> Array:
+    """Motion (motion rows, 2H+1) in real storage of coordinates (m, H+1)."""
+    rows = structure.real.shape[1]
+    motion = np.zeros((rows, 2 * state.shape[1] - 1))
+    for h in range(state.shape[1]):
+        k = structure.key[h]
+        if k < 0:
+            continue
+        for r in range(rows):
+            total = 0.0j
+            for j in range(state.shape[0]):
+                total += shape_at(structure, k, r, j) * state[j, h]
+            motion[r, max(2 * h - 1, 0)] = total.real
+            if h:
+                motion[r, 2 * h] = -total.imag
+    return motion
+
+
+@inner
+def coordinates(structure: ExtendedStructure, gains: Complex, forces: Array, omega: float, amplitude: float) -> Complex:
+    """Coordinates η (m, H+1) under the constant loads and λ, with the followed mode at its amplitude."""
+    load = -received(structure, forces)
+    if structure.key[0] >= 0:
+        load[:, 0] += structure.static
+    _follow(structure, omega, amplitude, load)
+    return _by_harmonic(gains, load)
+
+
+@kernel
+def coordinates_called(structure: ExtendedStructure, gains: Complex, forces: Array, omega: float, amplitude: float) -> Complex:
+    """`coordinates` for calls from Python."""
+    return boxed(coordinates(structure, gains, forces, omega, amplitude))
+
+
+@inner
+def _follow(structure: ExtendedStructure, omega: float, amplitude: float, load: Complex) -> None:
+    """Prescribe the coordinate of the followed mode at harmonic 1, which drives the other modes through damping."""
+    followed, k = structure.followed, structure.key[1]
+    if structure.damping.shape[1] > 1:
+        for j in range(load.shape[0]):
+            load[j, 1] -= 1j * omega * structure.damping[k, j, followed] * amplitude
+    load[followed, 1] = amplitude
+
+
+@inner
+def changes(structure: ExtendedStructure, gains: Complex, forces: Array) -> Complex:
+    """Change of coordinates (m, H+1) for a change of forces δλ."""
+    load = -received(structure, forces)
+    load[structure.followed, 1] = 0.0
+    return _by_harmonic(gains, load)
+
+
+@inner
+def slopes(structure: ExtendedStructure, gains: Complex, state: Complex, omega: float, zeta: float, amplitude: float) -> Complex:
+    """Derivatives of coordinates η (m, H+1) by ω, ζ and ln a at fixed λ, (3, m, H+1)."""
+    found = np.zeros((3, state.shape[0], state.shape[1]), dtype=np.complex128)
+    for h in range(1, state.shape[1]):
+        if structure.key[h] < 0:
+            continue
+        for j in range(state.shape[0]):
+            if h == 1 and j == structure.followed:
+                continue
+            found[0, j, h] = -_dynamics_slope(structure, h, j, omega, zeta, state)
+            if h <= structure.extended:
+                found[1, j, h] = 2.0j * h * omega * omega * structure.squares[structure.key[h], j] * state[j, h]
+    _follow(structure, omega, amplitude, found[2])
+    for part in range(3):
+        found[part] = _by_harmonic(gains, np.ascontiguousarray(found[part]))
+    return found
+
+
+@kernel
+def coordinates_slope(
+    structure: ExtendedStructure,
+    gains: Complex,
+    state: Complex,
+    forces: Array,
+    amounts: Array,
+    omega: float,
+    zeta: float,
+    amplitude: float,
+) -> Complex:
+    """Derivative of coordinates η (m, H+1) along the curve, by those of λ (contact rows, 2H+1) and of ω, ζ and ln a (3,)."""
+    found = changes(structure, gains, forces)
+    by = slopes(structure, gains, state, omega, zeta, amplitude)
+    for part in range(3):
+        found += amounts[part] * by[part]
+    return boxed(found)
+
+
+@inner
+def _dynamics_slope(structure: ExtendedStructure, h: int, j: int, omega: float, zeta: float, state: Complex) -> complex:
+    """Row j of ∂D/∂ω η at harmonic h."""
+    k, width = structure.key[h], structure.damping.shape[1]
+    shift = 4.0j * h * zeta * omega if h <= structure.extended else 0.0j
+    total = -(shift + 2.0 * h * h * omega) * structure.squares[k, j] * state[j, h]
+    if width == 1:
+        return complex(total + 1j * h * structure.damping[k, 0, j] * state[j, h])
+    for i in range(width):
+        total += 1j * h * structure.damping[k, j, i] * state[i, h]
+    return complex(total)
+
+
+@inner
+def coupled(structure: ExtendedStructure, omega: float, state: Complex) -> complex:
+    """Force of the other modes' coordinates (m, H+1) on the followed one through damping, at harmonic 1."""
+    total = 0.0j
+    if structure.damping.shape[1] > 1:
+        k, followed = structure.key[1], structure.followed
+        for j in range(state.shape[0]):
+            if j != followed:
+                total += 1j * omega * structure.damping[k, followed, j] * state[j, 1]
+    return complex(total)
+
+
+@inner
+def modal_residual(
+    structure: ExtendedStructure, state: Complex, force: complex, omega: float, zeta: float, amplitude: float
+) -> complex:
+    """The followed mode's own equation at harmonic 1, divided by its amplitude; force: φᴴBᴴλ on it."""
+    own = own_dynamics(structure, 1, structure.followed, omega, zeta)
+    return complex(own + (coupled(structure, omega, state) + force) / amplitude)
+
+
+@inner
+def modal_slopes(
+    structure: ExtendedStructure, state: Complex, by: Complex, force: complex, omega: float, zeta: float, amplitude: float
+) -> Complex:
+    """Derivatives of the modal residual by ω, ζ and ln a at fixed λ, (3,); by: those of the coordinates."""
+    k, followed = structure.key[1], structure.followed
+    found = np.empty(3, dtype=np.complex128)
+    for part in range(3):
+        found[part] = coupled(structure, omega, by[part]) / amplitude
+    found[0] += _dynamics_slope(structure, 1, followed, omega, zeta, state) / amplitude
+    found[1] -= 2.0j * omega * omega * structure.squares[k, followed]
+    found[2] -= (coupled(structure, omega, state) + force) / amplitude
+    return found
+
+
+@inner
+def extended_driven(structure: ExtendedStructure, gains: Complex, columns: Index) -> Complex:
+    """Coordinates under unit λ of contact rows `columns`, the followed one held at harmonic 1: (H+1, m, columns)."""
+    size = structure.squares.shape[1]
+    found = np.zeros((structure.key.size, size, columns.size), dtype=np.complex128)
+    for h in range(structure.key.size):
+        k = structure.key[h]
+        if k < 0:
+            continue
+        load = np.empty((size, columns.size), dtype=np.complex128)
+        for j in range(size):
+            for c in range(columns.size):
+                load[j, c] = shape_at(structure, k, columns[c], j).conjugate()
+        if h == 1:
+            load[structure.followed] = 0.0
+        found[h] = _respond(gains[h], load)
+    return found
+
+
+@inner
+def extended_receptance(structure: ExtendedStructure, driven: Complex, rows: Index) -> Array:
+    """G' to motion rows `rows` from the driven contact rows: (rows, 2, H+1, columns)."""
+    result = np.zeros((rows.size, 2, driven.shape[0], driven.shape[2]))
+    for h in range(driven.shape[0]):
+        k = structure.key[h]
+        if k < 0:
+            continue
+        real, imaginary = np.ascontiguousarray(driven[h].real), np.ascontiguousarray(driven[h].imag)
+        shape = rows_of(structure.real[k], rows)
+        result[:, 0, h], result[:, 1, h] = np.dot(shape, real), np.dot(shape, imaginary)
+        if structure.imaginary.size:
+            shape = rows_of(structure.imaginary[k], rows)
+            result[:, 0, h] -= np.dot(shape, imaginary)
+            result[:, 1, h] += np.dot(shape, real)
+    return result
+
+
+@inner
+def extended_pulled(structure: ExtendedStructure, driven: Complex, weighted: Array) -> Array:
+    """−weightedᵀ G' as (columns, 2H+1): how a weighted sum of motions, weighted (rows, 2H+1), depends on λ of driven rows."""
+    result = np.zeros((driven.shape[2], weighted.shape[1]))
+    for h in range(driven.shape[0]):
+        k, a = structure.key[h], max(2 * h - 1, 0)
+        if k < 0:
+            continue
+        for j in range(driven.shape[1]):
+            total = 0.0j
+            for r in range(weighted.shape[0]):
+                total += complex(weighted[r, a], weighted[r, a + 1] if h else 0.0) * shape_at(structure, k, r, j)
+            for c in range(driven.shape[2]):
+                value = total * driven[h, j, c]
+                result[c, a] -= value.real
+                if h:
+                    result[c, a + 1] -= value.imag
+    return result
+
 
 SPRINGS = 1e-3
 """Share of the forces of springs K_c w below which contact forces are not the scale of the residual: λ beyond these springs has

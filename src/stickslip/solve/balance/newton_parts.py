@@ -5,9 +5,10 @@ Newton's method and the continuation are so the same for forced motions (`iterat
 
 from collections.abc import Callable
 
-from stickslip.solve.balance import iteration, modal_matrix, mode_iteration
+from stickslip.solve.balance import iteration, mode_iteration
 from stickslip.solve.balance.contact_forces import compile_contact_forces
 from stickslip.solve.balance.mode_iteration import ModeSystem, ModeSystemAddress
+from stickslip.solve.balance.newton_matrix import compile_on_states
 from stickslip.solve.balance.system import Border, Bordered, Direction, State, System, SystemAddress
 from stickslip.support.checks import Array
 from stickslip.support.kernels import boxed, by_types, compiled, kernel
@@ -75,4 +76,4 @@ def compile_parts(system: AnySystem) -> None:
     compile_contact_forces(system.table)
     compiled(evaluate, factorise, newton_step, tangent, number=kind_of(system))
     if isinstance(system, System):
-        modal_matrix.compile_on_states(system)
+        compile_on_states(system)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stickslip.model.contact.protocol import SLIPPING
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import cycle_work
-from stickslip.solve.balance.modal_matrix import FEWEST_UNKNOWNS
+from stickslip.solve.balance.newton_matrix import FEWEST_UNKNOWNS
 from stickslip.solve.continuation.finer_peak import pad, resolved
 from stickslip.solve.continuation.newton import correct
 from stickslip.support.checks import Array

@@ -128,7 +128,8 @@ def arc_tangent(point: CurvePoint) -> tuple[Array, Array, float]:
 def first_harmonic_pace(balance: ModeBalance, point: CurvePoint) -> NDArray[np.complex128]:
     """Derivative of Q₁ of every degree of freedom by the arc length, complex (n,), m."""
     forces, _, rate = arc_tangent(point)
-    return balance.first_harmonic_slope(point.evaluation, forces, rate)
+    slope = balance.coordinates_slope(point.evaluation, forces, rate)
+    return np.asarray(balance.structures.whole[balance.structures.key[1]] @ slope[:, 1])
 
 
 def directed(balance: ModeBalance, before: CurvePoint, point: CurvePoint) -> CurvePoint:
@@ -212,7 +213,8 @@ def solve_mode(
     if lost is not None:
         cause = held_by_friction(balance.problem, balance.harmonics)
         message = f"The curve ended before the largest amplitude: {lost} {cause}".rstrip()
-    points = _dense(balance, points)
+    # Points are solved between those that are far apart.
+    points = points[:1] + [each for pair in pairwise(points) for each in _between(balance, *pair, DIVISIONS)]
     if len(points) > 1:  # the tangent of the last point is that of the step that passed the end
         points[-1] = directed(balance, points[-2], points[-1])
     return ModeCurve(tuple(refined(balance, points)), outcome, message)
@@ -268,14 +270,6 @@ def _traced(
     except LostCurveError as reason:
         return points, str(reason)
     return points, None
-
-
-def _dense(balance: ModeBalance, points: list[CurvePoint]) -> list[CurvePoint]:
-    """The curve with points solved between those that are far apart."""
-    found = points[:1]
-    for before, after in pairwise(points):
-        found += _between(balance, before, after, DIVISIONS)
-    return found
 
 
 def _between(balance: ModeBalance, before: CurvePoint, after: CurvePoint, divisions: int) -> list[CurvePoint]:

@@ -20,7 +20,7 @@ import numpy as np
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.newton import correct
-from stickslip.solve.peaks.intervals import PROMINENCE
+from stickslip.solve.peaks.search import PROMINENCE
 from stickslip.support.checks import Array
 
 SAMPLING, COARSEST = 4.0, 6e-5

@@ -154,7 +154,9 @@ def steady_cycle(
         unsolved = march.new_record(steps, *shape)
         unsolved.iterations[:] = -1
         return SteadyCycle(unsolved, drive, state, 0, CycleOutcome.NOT_CONVERGED, np.inf)
-    speed = _speed(drive, marching.frequency)
+    spectrum = np.fft.rfft(drive, axis=0)
+    rates = 2.0j * np.pi * marching.frequency * np.arange(spectrum.shape[0])[:, None]
+    speed = np.fft.irfft(rates * spectrum, steps, axis=0)  # of the platforms, m/s
     path = march.Path(np.roll(drive, -1, axis=0), np.roll(speed, -1, axis=0), np.ones(steps))
     previous, record, change = march.new_record(steps, *shape), march.new_record(steps, *shape), np.inf
     for cycle in range(1, marching.cycles + 1):
@@ -168,13 +170,6 @@ def steady_cycle(
         if cycle > 1 and change <= marching.tolerance:
             return SteadyCycle(_shown(model, before, record), drive, state, cycle, CycleOutcome.STEADY, change)
     return SteadyCycle(_shown(model, before, record), drive, state, marching.cycles, CycleOutcome.NOT_STEADY, change)
-
-
-def _speed(drive: Array, frequency: float) -> Array:
-    """Speed of the platforms along a periodic motion d (steps, rows), of which they pass `frequency` periods a second, m/s."""
-    spectrum = np.fft.rfft(drive, axis=0)
-    order = np.arange(spectrum.shape[0])[:, None]
-    return np.asarray(np.fft.irfft(2.0j * np.pi * frequency * order * spectrum, drive.shape[0], axis=0))
 
 
 def _carrier(model: CycleModel, marching: Marching, steps: int):  # type: ignore[no-untyped-def]

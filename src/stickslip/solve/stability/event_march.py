@@ -381,7 +381,10 @@ class EventMarch:
                 raise LostMotionError
             state, y = self._passed(state, guard, x, y, tangent)
             moved |= state.sliders != STICK
-        end = State(x, self._slaved(state, x, y))
+        # Intercepts of slipping and open sliders follow from the motion.
+        u, side = self.contact_motion(x)[0], np.where((state.sliders == STICK) | (state.sliders == OPEN), 0, state.sliders)
+        slaved = side * (state.slope * u[self.loading] + state.constant) - self.table.stiffness * u[self.row]
+        end = State(x, np.where(state.sliders == STICK, y, slaved))
         return Passage(end, None if tangent is None else tangent.whole(state), moved, np.array(path))
 
     def _until_event(self, state: ContactState, y: Array, x: Array, t: float, end: float) -> tuple[Array, float, Guard | None]:
@@ -476,13 +479,6 @@ class EventMarch:
                     tangent.stick(state, e)
             sliders[e] = guard.next
         return self.state(sliders, closed, passed), y
-
-    def _slaved(self, state: ContactState, x: Array, y: Array) -> Array:
-        """Intercepts at the end of the period: those of slipping and open sliders follow from the motion."""
-        u, _ = self.contact_motion(x)
-        limit = state.slope * u[self.loading] + state.constant
-        side = np.where((state.sliders == STICK) | (state.sliders == OPEN), 0, state.sliders)
-        return np.where(state.sliders == STICK, y, side * limit - self.table.stiffness * u[self.row])
 
 
 class _Tangent:

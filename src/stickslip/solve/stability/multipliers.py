@@ -2,20 +2,19 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.point import ContactTable
 from stickslip.model.contact.protocol import STICK
 from stickslip.model.problem.systems import lasting_stiffness
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
 from stickslip.solve.balance.linear_part import states
 from stickslip.solve.stability.contact_path import contact_path
-from stickslip.solve.stability.modes import BlockModes, block_modes
-from stickslip.solve.stability.period_map import Path, period_map
+from stickslip.solve.stability.period_map import BlockModes, Path, block_modes, period_map
 from stickslip.support.checks import Array, Index, InputError
 
 STEPS = 32
@@ -216,9 +215,10 @@ class ContactPeriod:
         self.instants, self.elements, self.new = instants[order] % self.samples, elements[order], new[order]
         self.moving = (still == 0.0).astype(np.int64)
         self.exact_ones = int(still.sum())
-        self.laws, self.contacts = _law_rows(table), balance.problem.contacts
+        self.contacts = balance.problem.contacts
+        self.laws = np.repeat(table.kind != SLIDERS, np.diff(table.first_row))  # the tangential rows of laws with kernels
+        self.laws[table.normal_row[table.normal_row >= 0]] = False
         self.start, self.used = self._start(), self._used()
-        self.lifts_off = self._lifts_off()
 
     def _start(self) -> float:
         """In the middle of the longest time without a change; at a sample, where laws have kernels of their own."""
@@ -240,7 +240,8 @@ class ContactPeriod:
             used[table.normal_row[c]] = bool(np.any(least <= 0.0))
         return np.flatnonzero(used)
 
-    def _lifts_off(self) -> bool:
+    @cached_property
+    def lifts_off(self) -> bool:
         """Whether any normal spring opens and closes."""
         table = self.table
         z = self.u[np.repeat(table.normal_row, np.diff(table.normal_first))]
@@ -315,10 +316,3 @@ class ContactPeriod:
             place = min(np.searchsorted(grid, shifted[k] - MERGED * self.samples), grid.size - 2)
             known[place, a:b] = self.intercept[a:b, self.new[k]]
         return known
-
-
-def _law_rows(table: ContactTable) -> NDArray[np.bool_]:
-    """The tangential rows of contacts whose law has kernels of its own."""
-    rows = np.repeat(table.kind != SLIDERS, np.diff(table.first_row))
-    rows[table.normal_row[table.normal_row >= 0]] = False
-    return np.asarray(rows)

@@ -13,7 +13,7 @@ the start states that searches begin from and for what they find: far-off start 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 import scipy
@@ -93,16 +93,8 @@ class Extreme:
     evaluation: Evaluation
 
 
-class StartObjective(Protocol):
-    """Where an objective is searched: at a frequency, or at the peak."""
-
-    space: StartSpace
-
-    def point(self, variables: Array) -> Extreme:
-        """What a start state gives; raises `UnsolvedError`."""
-
-    def value(self, variables: Array) -> tuple[Extreme, Array]:
-        """What a start state gives, and the gradient of the objective; raises `UnsolvedError`."""
+Place: TypeAlias = "AtFrequency | AtPeak"
+"""Where an objective is searched; raises `UnsolvedError` of start states without a solution."""
 
 
 class AtFrequency:
@@ -136,7 +128,7 @@ class AtFrequency:
         return Extreme(variables.copy(), value, balance, evaluation), gradient
 
 
-def extreme(place: StartObjective, sign: float, starts: Sequence[Array], effort: Effort | None = None) -> Extreme:
+def extreme(place: Place, sign: float, starts: Sequence[Array], effort: Effort | None = None) -> Extreme:
     """The largest (sign 1) or smallest (sign −1) value found from several starts; raises `UnsolvedError` when none solves."""
     found = [_from_start(place, sign, np.clip(start, -1.0, 1.0), effort or Effort()) for start in starts]
     solved = [result for result in found if result is not None]
@@ -145,7 +137,7 @@ def extreme(place: StartObjective, sign: float, starts: Sequence[Array], effort:
     return max(solved, key=lambda result: sign * result.value)
 
 
-def leapt(place: StartObjective, sign: float, best: Extreme, rng: np.random.Generator, effort: Effort | None = None) -> Extreme:
+def leapt(place: Place, sign: float, best: Extreme, rng: np.random.Generator, effort: Effort | None = None) -> Extreme:
     """The better one of an extreme and what is found beyond the valleys around it: some of its variables leap to ±1."""
     effort = effort or Effort()
     for _ in range(LEAPS):
@@ -163,7 +155,7 @@ def leapt(place: StartObjective, sign: float, best: Extreme, rng: np.random.Gene
     return best
 
 
-def _from_start(place: StartObjective, sign: float, start: Array, effort: Effort) -> Extreme | None:
+def _from_start(place: Place, sign: float, start: Array, effort: Effort) -> Extreme | None:
     """The best of several searches, each from the sliders of the one before."""
     best: Extreme | None = None
     for _ in range(effort.rounds):
@@ -178,7 +170,7 @@ def _from_start(place: StartObjective, sign: float, start: Array, effort: Effort
     return best
 
 
-def _climb(place: StartObjective, sign: float, start: Array, effort: Effort) -> Extreme | None:
+def _climb(place: Place, sign: float, start: Array, effort: Effort) -> Extreme | None:
     """One search with L-BFGS-B in the cube [−1, 1]ⁿ; the best point on its way, None when the start does not solve."""
     try:
         best, _ = place.value(start)

@@ -355,11 +355,6 @@ def _grown(space: StartSpace, balance: HarmonicBalance, firsts: Sequence[Evaluat
     return space
 
 
-def sliders(balance: HarmonicBalance, evaluation: Evaluation) -> Array:
-    """Where the slider of every friction element stands at the last sample, s = u_last − T_last/kt, m, (elements,)."""
-    return contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega).slider
-
-
 def march(balance: HarmonicBalance, omegas: Sequence[float], levels: Sequence[float]) -> Iterator[tuple[float, Correction]]:
     """(level, solved point) for every level in order and every frequency in rad/s; sliders carried from point to point.
 
@@ -371,7 +366,8 @@ def march(balance: HarmonicBalance, omegas: Sequence[float], levels: Sequence[fl
             if last is None:
                 correction = first_point(balance, omega, level)
             else:
-                carried = balance.with_starts(sliders(balance, last), OFFSET)
+                cycle = contact_cycle(last.table, balance.tables, last.w, last.point.omega)
+                carried = balance.with_starts(cycle.slider, OFFSET)
                 start = Point(last.point.forces, omega, level)
                 correction = correct(carried, start, fixed("omega", omega), iterations=40, halvings=10)
                 if not correction.converged:

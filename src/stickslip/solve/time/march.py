@@ -476,12 +476,12 @@ class Differences:
 
 
 class Krylov:
-    """Arnoldi's vectors of a map, orthonormal (k, j+1), and its projection (j+1, j)."""
+    """Arnoldi's vectors of a map, orthonormal (k, j+1), and its projection, `matrix` (j+1, j)."""
 
     def __init__(self, derivative: Differences, first: Array) -> None:
         self.derivative = derivative
         self.vectors = [first / np.linalg.norm(first)]
-        self.columns: list[Array] = []
+        self.matrix = np.zeros((1, 0))
         self.exhausted = False
 
     def grow(self) -> None:
@@ -494,17 +494,10 @@ class Krylov:
                 column[k] += part
                 new = new - part * vector
         column[-1] = np.linalg.norm(new)
-        self.columns.append(column)
+        self.matrix = np.pad(self.matrix, (0, 1))
+        self.matrix[:, -1] = column
         self.exhausted = not column[-1] > EXHAUSTED * max(size, 1.0)
         self.vectors.append(new / column[-1] if column[-1] > 0.0 else new)
-
-    @property
-    def matrix(self) -> Array:
-        """The projection (j+1, j)."""
-        found = np.zeros((len(self.columns) + 1, len(self.columns)))
-        for j, column in enumerate(self.columns):
-            found[: column.size, j] = column
-        return found
 
 
 def _closed(march: PeriodMarch, x: Array, vibration: float) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ from stickslip.analyses.speed.models import Models, with_waves
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.nonlinear_modes import FORMS
 from stickslip.study.analyses.speed_sweep import band_of, problem_over_speed, reference_of, stiffness_at_rest
-from stickslip.study.analysis import Asked, Kind, Works
+from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind, Works
 from stickslip.study.fields import NotNegative, Positive, Table, in_si, table_of
 from stickslip.study.tables import OverSpeedTable
 from stickslip.support.checks import counted, fault, unique
@@ -29,6 +29,12 @@ class RangeTable(OverSpeedTable):
 
     speed: Annotated[list[NotNegative], Field(min_length=2, max_length=2, description="[lowest, highest] rotor speed, rev/min")]
 
+    def check(self) -> None:
+        """The lowest speed first, and each engine order once."""
+        if not self.speed[0] < self.speed[1]:
+            raise fault("speed", "must be [lowest, highest] in rev/min, the lowest first", self.speed)
+        unique("engine_orders", self.engine_orders)
+
 
 CampbellTable = table_of(
     CampbellWork,
@@ -38,14 +44,6 @@ CampbellTable = table_of(
     force_level=Positive | None,
     operating_speed=Positive | None,
 )
-
-
-def checked(table: Any) -> None:
-    """What the model of the table cannot check."""
-    low, high = table.speed
-    if not low < high:
-        raise fault("speed", "must be [lowest, highest] in rev/min, the lowest first", table.speed)
-    unique("engine_orders", table.engine_orders)
 
 
 def band(tables: Mapping[str, Table]) -> Band | None:
@@ -96,11 +94,4 @@ def _models(asked: Asked, table: Any) -> tuple[Models, str]:
     return {0.0: slow, reference: fast}, f"at {reference:g} rev/min"
 
 
-KIND = Kind(
-    plan,
-    {TABLE: CampbellTable},
-    required=(TABLE,),
-    checks={TABLE: checked},
-    band=band,
-    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-)
+KIND = Kind(plan, {TABLE: CampbellTable}, band=band, without=LEVELS_AND_PEAKS)

@@ -50,4 +50,4 @@ def plan(asked: Asked) -> Works:
     return Works(work, summary, lambda work, arrays: work.contact_law(arrays[0]).dataset, content_of(files))
 
 
-KIND = Kind(plan, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)
+KIND = Kind(plan, {"contact_law": ContactLawTable}, on_problem=False)

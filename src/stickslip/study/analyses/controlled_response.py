@@ -7,8 +7,8 @@ from pydantic import Field
 from stickslip.analyses.controlled_response import ControlledResponseWork, HeldMotion
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Works, summary_of
-from stickslip.study.fields import ACCELERATION, LENGTH, VELOCITY, Dimension, Positive, check_of, in_si, scaled, table_of
+from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind, Works, summary_of
+from stickslip.study.fields import ACCELERATION, LENGTH, VELOCITY, Dimension, Positive, in_si, scaled, table_of
 from stickslip.support.checks import counted, fault
 
 Held = Literal["displacement", "velocity", "acceleration"]
@@ -19,6 +19,7 @@ TABLE = "controlled_response"
 ControlledResponseTable = table_of(
     HeldMotion,
     "The force that holds the first harmonic of an output at given amplitudes, over the frequencies of [sweep].",
+    checked=True,
     amplitude=Annotated[list[Positive], Field(min_length=1)],
     quantity=Held,
     output=(Annotated[str | None, Field(description="name of the output that is held; default: the first")], None),
@@ -42,11 +43,4 @@ def plan(asked: Asked) -> Works:
     return Works(work, f"{summary_of(sweep, with_levels=False)}; {held} of the {work.quantity} of {names[work.output]}")
 
 
-KIND = Kind(
-    plan,
-    {TABLE: ControlledResponseTable},
-    required=(TABLE,),
-    checks={TABLE: check_of(HeldMotion)},
-    repeats=True,
-    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-)
+KIND = Kind(plan, {TABLE: ControlledResponseTable}, repeats=True, without=LEVELS_AND_PEAKS)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from stickslip.analyses.performance.design import DesignSettings, finished_design
-from stickslip.analyses.performance.scaled_problem import with_friction
+from stickslip.analyses.performance.work import with_friction
 from stickslip.analyses.performance.worst_case import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.settings import made
 from stickslip.model.problem import Problem
@@ -33,6 +33,38 @@ class RigTable(Table):
     """the argument that holds the platform angle in degrees: 1 − μ tan α stays positive"""
     no_lift_off: Annotated[bool, Field(description="no contact point may open")] = False
     largest_force: Annotated[Positive | None, Field(description="of a contact point, N")] = None
+
+    def check(self: Any) -> None:
+        """The rig and its arguments exist, and ends of variables are in order."""
+        if self.rig not in RIGS:
+            raise fault("rig", "must be a known one", self.rig, nearest(self.rig, RIGS))
+        arguments = inspect.signature(RIGS[self.rig]).parameters
+        for name in (*self.parameters, *self.variables):
+            if name not in arguments:
+                raise fault("An argument of the rig", "must be a known one", name, nearest(name, arguments))
+        for name, (low, high) in self.variables.items():
+            if name in self.parameters:
+                raise fault(f"variables, {name}", "must not be among the parameters, which stay", self.parameters[name])
+            if low >= high:
+                raise fault(f"variables, {name}", "must be [low, high] with low below high", [low, high])
+        given = {**self.parameters, **self.variables}
+        optional = [name for name in given if arguments[name].default is not inspect.Parameter.empty]
+        overruled = {name: "friction, which every contact gets" for name in optional if name.rpartition("_")[2] in FRICTIONS}
+        if self.acceleration is not None:
+            overruled |= {name: "acceleration, from which it follows" for name in given if name == pull_of(self.rig)}
+        for name, key in overruled.items():
+            raise fault(f"{name} of the rig", f"must be left to {key}", given[name])
+        if self.acceleration is not None and ("damper_mass" not in given or pull_of(self.rig) is None):
+            remedy = f"An argument {' or '.join(PULLS)} says how dampers are pulled."
+            raise fault("acceleration", "must go with damper_mass and a rig whose dampers are pulled", self.acceleration, remedy)
+        angles = [name for name in self.variables if name.endswith("angle")]
+        if self.no_jamming is not None and self.no_jamming not in angles:
+            raise fault("no_jamming", "must name an angle among the variables", self.no_jamming, nearest(self.no_jamming, angles))
+        make = RigDesign(self.rig, self.parameters, self.acceleration)
+        middle = {name: 0.5 * (low + high) for name, (low, high) in self.variables.items()}
+        for name, ends in self.variables.items():  # the rig can be made at both, the others in the middle
+            for value in ends:
+                made(make, friction=self.friction, **(middle | {name: value}))
 
     @property
     def constraints(self) -> dict[str, Constraint]:
@@ -91,39 +123,6 @@ class RigDesign:
         return with_friction(RIGS[self.rig](**given), friction)
 
 
-def known(table: Any) -> None:
-    """The rig and its arguments exist, and ends of variables are in order."""
-    if table.rig not in RIGS:
-        raise fault("rig", "must be a known one", table.rig, nearest(table.rig, RIGS))
-    arguments = inspect.signature(RIGS[table.rig]).parameters
-    for name in (*table.parameters, *table.variables):
-        if name not in arguments:
-            raise fault("An argument of the rig", "must be a known one", name, nearest(name, arguments))
-    for name, (low, high) in table.variables.items():
-        if name in table.parameters:
-            raise fault(f"variables, {name}", "must not be among the parameters, which stay", table.parameters[name])
-        if low >= high:
-            raise fault(f"variables, {name}", "must be [low, high] with low below high", [low, high])
-    given = {**table.parameters, **table.variables}
-    optional = [name for name in given if arguments[name].default is not inspect.Parameter.empty]
-    overruled = {name: "friction, which every contact gets" for name in optional if name.rpartition("_")[2] in FRICTIONS}
-    if table.acceleration is not None:
-        overruled |= {name: "acceleration, from which it follows" for name in given if name == pull_of(table.rig)}
-    for name, key in overruled.items():
-        raise fault(f"{name} of the rig", f"must be left to {key}", given[name])
-    if table.acceleration is not None and ("damper_mass" not in given or pull_of(table.rig) is None):
-        remedy = f"An argument {' or '.join(PULLS)} says how dampers are pulled."
-        raise fault("acceleration", "must go with damper_mass and a rig whose dampers are pulled", table.acceleration, remedy)
-    angles = [name for name in table.variables if name.endswith("angle")]
-    if table.no_jamming is not None and table.no_jamming not in angles:
-        raise fault("no_jamming", "must name an angle among the variables", table.no_jamming, nearest(table.no_jamming, angles))
-    make = RigDesign(table.rig, table.parameters, table.acceleration)
-    middle = {name: 0.5 * (low + high) for name, (low, high) in table.variables.items()}
-    for name, ends in table.variables.items():  # the rig can be made at both, the others in the middle
-        for value in ends:
-            made(make, friction=table.friction, **(middle | {name: value}))
-
-
 def plan(asked: Asked) -> Works:
     """The design space, then the search from its best designs."""
     table: Any = DesignTable.model_validate(asked.tables["damper_design"])
@@ -139,4 +138,4 @@ def plan(asked: Asked) -> Works:
     return Works(settings.work, summary, finished, search=finished)
 
 
-KIND = Kind(plan, {"damper_design": DesignTable}, required=("damper_design",), checks={"damper_design": known}, on_problem=False)
+KIND = Kind(plan, {"damper_design": DesignTable}, on_problem=False)

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycle import EvolutionWork
-from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, Steps, rig_and_motion, suitable
+from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, Steps, rig_and_motion
 from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import NotNegatives, in_si, table_of
 from stickslip.support.checks import counted
@@ -26,10 +26,4 @@ def plan(asked: Asked) -> Works:
     return Works(work, words, lambda work, arrays: work.gathered(arrays[0]).dataset, work.motion.digest)
 
 
-KIND = Kind(
-    plan,
-    {"damper": DamperTable, "motion": MotionTable, "damper_evolution": EvolutionTable},
-    required=("damper", "motion", "damper_evolution"),
-    checks={"damper": suitable},
-    on_problem=False,
-)
+KIND = Kind(plan, {"damper": DamperTable, "motion": MotionTable, "damper_evolution": EvolutionTable}, on_problem=False)

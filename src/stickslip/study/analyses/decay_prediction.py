@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,15 +15,10 @@ from stickslip.laboratory.identification.response.result import ResponseIdentifi
 from stickslip.laboratory.measurement.decay import MeasuredDecay, read_decay
 from stickslip.results.files import open_results
 from stickslip.results.schema import analysis_of
-from stickslip.runs.work import Arrays
-from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
-from stickslip.study.analyses.response_identification import ResponseIdentificationTable, free_parameters
-from stickslip.study.analysis import Asked, Kind
-from stickslip.study.fields import LENGTH, with_si
+from stickslip.study.fields import LENGTH
 from stickslip.study.prediction import PredictionPlan, PredictionTable
 from stickslip.study.tables import Ends
 from stickslip.support.checks import MOST, between, counted, existing, fault
-from stickslip.support.late import xr
 
 
 class DecayPredictionTable(PredictionTable):
@@ -37,16 +31,15 @@ class DecayPredictionTable(PredictionTable):
     compare: list[str] = Field(default_factory=list)
     """measured decays to compare with: results of `stickslip decay`, or recorded signals"""
 
+    def check(self) -> None:
+        """Amplitudes, or decays that say them."""
+        if self.amplitude is None and not self.compare:
+            raise fault("amplitude", "must be given, or decays to compare with", "none")
+        if self.amplitude is not None and not self.amplitude[0] < self.amplitude[1]:
+            raise fault("amplitude", "must be [smallest, largest], the smaller first", list(self.amplitude))
+
 
 TABLE = "decay_prediction"
-
-
-def checked(table: DecayPredictionTable) -> None:
-    """Amplitudes, or decays that say them."""
-    if table.amplitude is None and not table.compare:
-        raise fault("amplitude", "must be given, or decays to compare with", "none")
-    if table.amplitude is not None and not table.amplitude[0] < table.amplitude[1]:
-        raise fault("amplitude", "must be [smallest, largest], the smaller first", list(table.amplitude))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +47,7 @@ class DecayPredictionPlan(PredictionPlan):
     """An identification, carried out or read, and the prediction of a decay from it."""
 
     table: DecayPredictionTable
-
-    @classmethod
-    def of(cls, asked: Asked) -> DecayPredictionPlan:
-        """The plan of a study."""
-        table = with_si(DecayPredictionTable.model_validate(asked.tables[TABLE]), asked.units)
-        return cls(cls.base_of(asked, TABLE, table), table, asked.document, TABLE)
+    name, form = TABLE, DecayPredictionTable
 
     @property
     def what(self) -> str:
@@ -67,7 +55,7 @@ class DecayPredictionPlan(PredictionPlan):
         return f"free decay{beside}"
 
     @cached_property
-    def decays(self) -> list[MeasuredDecay]:
+    def measured(self) -> list[MeasuredDecay]:
         """The decays to compare with."""
         return [_decay(self.base.folder / file) for file in self.table.compare]
 
@@ -76,29 +64,24 @@ class DecayPredictionPlan(PredictionPlan):
         """The smallest and the largest amplitude, m."""
         if self.table.amplitude is not None:
             return self.table.amplitude[0], self.table.amplitude[1]
-        sizes = [one.dataset["amplitude"].values for one in self.decays]
+        sizes = [one.dataset["amplitude"].values for one in self.measured]
         return min(float(one.min()) for one in sizes), max(float(one.max()) for one in sizes)
 
     def check(self, held: bool, quantity: str) -> None:
         """Refuse a mode that the structure does not have, decays that cannot be read, and those at other amplitudes."""
         if self.table.mode is not None:
             between("mode", self.table.mode, 1, self.base.sweep.problem.structure.size)
-        for decay in self.decays:
+        for decay in self.measured:
             windows_between(decay.dataset, *self.ends)
 
     def prediction(self, identified: ResponseIdentification) -> DecayPredictionWork:
         """The work of the prediction."""
         frequency = None
-        if self.table.mode is None and self.decays:
-            first = self.decays[0].dataset
+        if self.table.mode is None and self.measured:
+            first = self.measured[0].dataset
             frequency = float(first["frequency"].values[int(np.argmin(first["amplitude"].values))])
         mode: dict[str, Any] = {"mode": self.table.mode, "frequency": frequency}
         return DecayPredictionWork(identified, self.ends, **mode, band=self.band, **self.about_draws)
-
-    def compared(self, work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
-        """The prediction beside the measured decays."""
-        found = work.gathered(results)
-        return (found.compare(self.decays) if self.decays else found).dataset
 
 
 def _decay(path: Path) -> MeasuredDecay:
@@ -113,11 +96,4 @@ def _decay(path: Path) -> MeasuredDecay:
     return MeasuredDecay(dataset)
 
 
-KIND = Kind(
-    DecayPredictionPlan.of,
-    {IDENTIFICATION: ResponseIdentificationTable, TABLE: DecayPredictionTable},
-    required=(IDENTIFICATION, TABLE),
-    checks={IDENTIFICATION: free_parameters, TABLE: checked},
-    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-)
-"""Files are read when the work begins."""
+KIND = DecayPredictionPlan.kind()

@@ -11,21 +11,9 @@ from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers, silent
 from stickslip.solve.time.period import refuse_waves
+from stickslip.study import further_curves
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
-from stickslip.study.further_curves import (
-    BranchesTable,
-    FatigueTable,
-    FurtherCurves,
-    IsolatedTable,
-    ReachedTable,
-    StabilityTable,
-    StressTable,
-    fatigue_of,
-    ordered,
-    reached_of,
-    recovery_of,
-    stability_of,
-)
+from stickslip.study.fields import Table
 from stickslip.support.late import xr
 
 
@@ -34,18 +22,25 @@ class ForcedResponsePlan(Plan):
     """Curves over the band for every force level, those that no sweep meets, and what is asked along all of them."""
 
     sweep: ForcedResponseSettings
-    further: FurtherCurves
+    further: further_curves.FurtherCurves
     recovery: StressRecovery | None = None
     fatigue: Callable[[xr.Dataset], xr.Dataset] | None = None
-    stability: StabilityTable | None = None
-    reached: ReachedTable | None = None
+    stability: further_curves.StabilityTable | None = None
+    reached: further_curves.ReachedTable | None = None
 
     @classmethod
     def of(cls, asked: Asked) -> ForcedResponsePlan:
         """The plan of a study."""
-        recovery = recovery_of(asked)
-        fatigue = fatigue_of(asked, recovery)
-        plan = cls(sweep_of(asked), FurtherCurves.of(asked), recovery, fatigue, stability_of(asked), reached_of(asked))
+        recovery = further_curves.recovery_of(asked)
+        fatigue = further_curves.fatigue_of(asked, recovery)
+        plan = cls(
+            sweep_of(asked),
+            further_curves.FurtherCurves.of(asked),
+            recovery,
+            fatigue,
+            further_curves.stability_of(asked),
+            further_curves.reached_of(asked),
+        )
         if plan.further.periods > 1 and plan.sweep.harmonics != "auto":
             _ = plan.works
         return plan
@@ -86,11 +81,6 @@ class ForcedResponsePlan(Plan):
         return found if self.fatigue is None else self.fatigue(found)
 
 
-def checked(table: IsolatedTable) -> None:
-    """What the model of [isolated] cannot check."""
-    ordered(table.amplitude, table.mode)
-
-
 def sweep_of(asked: Asked) -> ForcedResponseSettings:
     """The sweep of an analysis that has one."""
     if asked.sweep is None:
@@ -98,17 +88,12 @@ def sweep_of(asked: Asked) -> ForcedResponseSettings:
     return asked.sweep
 
 
-KIND = Kind(
-    ForcedResponsePlan.of,
-    {
-        "stress": StressTable,
-        "fatigue": FatigueTable,
-        "stability": StabilityTable,
-        "reached": ReachedTable,
-        "isolated": IsolatedTable,
-        "branches": BranchesTable,
-    },
-    checks={"isolated": checked},
-    repeats=True,
-    from_mesh=True,
-)
+OPTIONAL: dict[str, type[Table]] = {
+    "stress": further_curves.StressTable,
+    "fatigue": further_curves.FatigueTable,
+    "stability": further_curves.StabilityTable,
+    "reached": further_curves.ReachedTable,
+    "isolated": further_curves.IsolatedTable,
+    "branches": further_curves.BranchesTable,
+}
+KIND = Kind(ForcedResponsePlan.of, OPTIONAL, optional=OPTIONAL, repeats=True, from_mesh=True)

@@ -16,7 +16,7 @@ from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.nonlinear_modes import ModesTable, modes_settings
-from stickslip.study.analysis import Asked, Kind, Works
+from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind, Works
 from stickslip.study.fields import FREQUENCY, LENGTH, VELOCITY, Number, Positive, Table
 from stickslip.support.checks import counted, fault
 from stickslip.support.late import xr
@@ -48,15 +48,14 @@ class FreeDecayTable(Table):
     phase_resonance: bool = False
     """also compute the frequencies of a test with force and displacement at 90°"""
 
-
-def checked(table: FreeDecayTable) -> None:
-    """One kind of beginning."""
-    moved = bool(table.displacement) or bool(table.velocity)
-    if moved == (table.frequency is not None):
-        what = "both" if moved else "neither"
-        raise fault("displacement or velocity", "must be given, or frequency of a steady motion", what)
-    if table.frequency is None and table.force != 1.0:
-        raise fault("force", "needs frequency, the steady motion before the decay", table.force)
+    def check(self) -> None:
+        """One kind of beginning."""
+        moved = bool(self.displacement) or bool(self.velocity)
+        if moved == (self.frequency is not None):
+            what = "both" if moved else "neither"
+            raise fault("displacement or velocity", "must be given, or frequency of a steady motion", what)
+        if self.frequency is None and self.force != 1.0:
+            raise fault("force", "needs frequency, the steady motion before the decay", self.force)
 
 
 def plan(asked: Asked) -> Works:
@@ -102,10 +101,4 @@ def _phase_resonance(sweep: ForcedResponseSettings, ends: tuple[float, float]) -
     return phase_resonance(sweep.problem, band, amplitudes, quantity="displacement", **fineness).dataset
 
 
-KIND = Kind(
-    plan,
-    {TABLE: FreeDecayTable},
-    required=(TABLE,),
-    checks={TABLE: checked},
-    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-)
+KIND = Kind(plan, {TABLE: FreeDecayTable}, without=LEVELS_AND_PEAKS)

@@ -1,7 +1,5 @@
 """Identification in a study: the tables [damper] and [identification], from measured loops to contact parameters."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -13,7 +11,7 @@ from stickslip.laboratory.measurement.cycles import CycleSet, read_load_removal,
 from stickslip.laboratory.measurement.reconstruction import RigErrors, damper_motion
 from stickslip.laboratory.measurement.records import read_record
 from stickslip.solve.platforms.relaxation import elements_of
-from stickslip.study.analyses.damper_cycle import DamperTable, suitable
+from stickslip.study.analyses.damper_cycle import DamperTable
 from stickslip.study.analysis import Asked, Kind, Works, content_of
 from stickslip.study.fields import FORCE, FREQUENCY, LENGTH, Number, Positive, Seed, Table, Units, errors_of, in_si
 from stickslip.support.checks import MOST, InputError, counted, fault
@@ -95,10 +93,4 @@ def plan(asked: Asked) -> Works:
     return Works(work, summary, lambda work, arrays: work.identification(arrays[0]).dataset, content)
 
 
-KIND = Kind(
-    plan,
-    {"damper": DamperTable, "identification": IdentificationTable},
-    required=("damper", "identification"),
-    checks={"damper": suitable},
-    on_problem=False,
-)
+KIND = Kind(plan, {"damper": DamperTable, "identification": IdentificationTable}, on_problem=False)

@@ -6,8 +6,8 @@ from pydantic import Field, Tag
 
 from stickslip.analyses.modes.nonlinear_modes import LimitCyclesWork
 from stickslip.study.analyses.nonlinear_modes import FORMS, modes_settings, modes_summary
-from stickslip.study.analysis import Asked, Kind, Works
-from stickslip.study.fields import by_form, check_of, table_of
+from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind, Works
+from stickslip.study.fields import by_form, table_of
 from stickslip.support.checks import counted
 
 DampingRatio = Annotated[float, Field(gt=-1.0, lt=1.0, allow_inf_nan=False)]
@@ -17,6 +17,7 @@ TABLE = "limit_cycles"
 LimitCyclesTable = table_of(
     LimitCyclesWork,
     "Vibration that aerodynamic forces excite and friction limits; the forces of [[force]] do not act.",
+    checked=True,
     aerodynamic_damping=Annotated[
         Annotated[DampingRatio, Tag("<single>")] | Annotated[list[DampingRatio], Field(min_length=1), Tag("<list>")], by_form()
     ],
@@ -32,9 +33,4 @@ def plan(asked: Asked) -> Works:
     return Works(work, f"{modes_summary(work)}; limit cycles at {ratios}")
 
 
-KIND = Kind(
-    plan,
-    {TABLE: LimitCyclesTable},
-    checks={TABLE: check_of(LimitCyclesWork)},
-    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-)
+KIND = Kind(plan, {TABLE: LimitCyclesTable}, optional=(TABLE,), without=LEVELS_AND_PEAKS)

@@ -1,7 +1,5 @@
 """Mistuned disks in a study: the table [mistuned_population]."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag
@@ -99,7 +97,7 @@ def plan(asked: Asked) -> Works:
 KIND = Kind(
     plan,
     {"mistuned_population": MistuningTable, "fatigue": FatigueTable},
-    required=("mistuned_population",),
+    optional=("fatigue",),
     without=("tolerance", "peak_tolerance"),
     check_of_sweep=checked_sweep,
     whole_disk=True,

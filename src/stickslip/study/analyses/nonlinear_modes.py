@@ -8,8 +8,8 @@ from stickslip.analyses.modes.work import Modes, NonlinearModesWork
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.fourier import in_words
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Works
-from stickslip.study.fields import LENGTH, Table, check_of, in_si, table_of
+from stickslip.study.analysis import PEAKS, Asked, Kind, Works
+from stickslip.study.fields import LENGTH, Table, in_si, table_of
 from stickslip.study.further_curves import ModeNumbers
 from stickslip.study.tables import Ends
 from stickslip.support.checks import InputError, counted, fault
@@ -22,6 +22,7 @@ FORMS: dict[str, Any] = {"mode": ModeNumbers | None, "amplitude": Annotated[Ends
 ModesTable = table_of(
     NonlinearModesWork,
     "Natural frequency and damping over the amplitude; the peaks at the force levels of [sweep] are derived from them.",
+    checked=True,
     **FORMS,
 )
 
@@ -67,9 +68,4 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
     return tuple(int(k) + 1 for k in inside)
 
 
-KIND = Kind(
-    plan,
-    {TABLE: ModesTable},
-    checks={TABLE: check_of(NonlinearModesWork)},
-    without=("tolerance", "peak_tolerance", "quantity", "measure"),
-)
+KIND = Kind(plan, {TABLE: ModesTable}, optional=(TABLE,), without=PEAKS)

@@ -6,7 +6,7 @@ from typing import Annotated
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.curve import BandSettings, band_dataset
 from stickslip.analyses.variability.bounds import refuse_discs
-from stickslip.study.analyses.performance_curve import Points, at_ratios, ordered, sweep_over_a_band
+from stickslip.study.analyses.performance_curve import Points, RatiosTable, at_ratios, sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import FORCE, Positive, table_of
@@ -15,6 +15,7 @@ from stickslip.study.tables import Ends
 BandTable = table_of(
     BandSettings,
     "The lowest and the highest resonance over all start states of the contacts, against F_C/F_E.",
+    RatiosTable,
     force_ratio=Ends,
     pull=Annotated[Positive | None, FORCE],
     rule=RuleOrRules,
@@ -37,10 +38,4 @@ def plan(asked: Asked) -> Works:
     return Works(lambda: settings().bounds, summary, lambda _, arrays: band_dataset(settings(), arrays))
 
 
-KIND = Kind(
-    plan,
-    {"performance_band": BandTable},
-    required=("performance_band",),
-    checks={"performance_band": ordered},
-    without=("force_levels", "peak_tolerance"),
-)
+KIND = Kind(plan, {"performance_band": BandTable}, without=("force_levels", "peak_tolerance"))

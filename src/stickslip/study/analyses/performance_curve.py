@@ -8,40 +8,39 @@ from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.curve import gathered
-from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction
-from stickslip.analyses.performance.work import PerformanceWork
+from stickslip.analyses.performance.work import PerformanceWork, centrifugal_pull, excitation, with_friction
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import promised
 from stickslip.runs.work import Progress
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
-from stickslip.study.fields import FORCE, Positive, Table, Units, check_of, in_si, table_of
+from stickslip.study.fields import FORCE, Positive, Table, Units, in_si, table_of
 from stickslip.study.tables import Ends
 from stickslip.support.checks import MOST, InputError, counted, fault
 
 Points = Annotated[int, Field(ge=2, le=MOST, description="number of values of F_C/F_E, in equal ratios")]
+
+
+class RatiosTable(Table):
+    """Force ratios from a lowest to a highest one."""
+
+    def check(self: Any) -> None:
+        """The lower ratio first."""
+        if self.force_ratio[0] >= self.force_ratio[1]:
+            raise fault("force_ratio", "must be [low, high] with low below high", self.force_ratio)
+
+
 PerformanceTable = table_of(
     PerformanceWork,
     "The resonance against F_C/F_E, for one or several friction coefficients; sought in the band of [sweep].",
+    RatiosTable,
+    checked=True,
     friction=Annotated[list[Positive] | None, Field(min_length=1)],
     pull=Annotated[Positive | None, FORCE],
     points=(Points, 40),
     force_ratio=Ends,
 )
-
-
-def ordered(table: Any) -> None:
-    """What the model of the table cannot check."""
-    low, high = table.force_ratio
-    if low >= high:
-        raise fault("force_ratio", "must be [low, high] with low below high", table.force_ratio)
-
-
-def checked(table: Any) -> None:
-    """The same of a performance curve."""
-    ordered(table)
-    check_of(PerformanceWork)(table)
 
 
 def plan(asked: Asked) -> Works:
@@ -87,11 +86,4 @@ def at_ratios(table: Table, units: Units) -> dict[str, Any]:
     return settings
 
 
-KIND = Kind(
-    plan,
-    {"performance_curve": PerformanceTable},
-    required=("performance_curve",),
-    checks={"performance_curve": checked},
-    without=("force_levels", "peak_tolerance"),
-    from_mesh=True,
-)
+KIND = Kind(plan, {"performance_curve": PerformanceTable}, without=("force_levels", "peak_tolerance"), from_mesh=True)

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
+from stickslip.analyses.performance.work import with_factors, with_preload_factor
 from stickslip.analyses.response_dataset import levels_are_newtons, newtons_a_level
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.laboratory.identification.least_squares import FreeParameter
@@ -24,7 +24,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, content_of
+from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind, Plan, content_of
 from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import Column, Number, Positive, Table, table_of, values_of
 from stickslip.study.tables import Ends
@@ -87,6 +87,10 @@ class CurvesTable(Table):
     """the error is relative to the largest response of a curve, not to the point"""
     free_gain: Annotated[bool, Field(description="a constant factor of each measured curve is identified too")] = False
     free_phase: Annotated[bool, Field(description="a constant phase of each measured curve is identified too")] = False
+
+    def check(self) -> None:
+        """Free parameters between bounds that hold them."""
+        free_parameters(self)
 
 
 ResponseIdentificationTable = table_of(
@@ -374,11 +378,5 @@ class ResponseIdentificationPlan(Plan):
 
 
 TABLE = "response_identification"
-KIND = Kind(
-    ResponseIdentificationPlan.of,
-    {TABLE: ResponseIdentificationTable},
-    required=(TABLE,),
-    checks={TABLE: free_parameters},
-    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-)
+KIND = Kind(ResponseIdentificationPlan.of, {TABLE: ResponseIdentificationTable}, without=LEVELS_AND_PEAKS)
 """Files are read when the work begins."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,19 +13,13 @@ from stickslip.laboratory.identification.response.prediction import ResponsePred
 from stickslip.laboratory.identification.response.prediction_result import level_for, level_of, points_in_band
 from stickslip.laboratory.identification.response.result import ResponseIdentification
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
-from stickslip.runs.work import Arrays
-from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
 from stickslip.study.analyses.response_identification import (
     ColumnName,
-    ResponseIdentificationTable,
-    free_parameters,
     measured_curves,
 )
-from stickslip.study.analysis import Asked, Kind
 from stickslip.study.fields import Column, Positive
 from stickslip.study.prediction import PredictionPlan, PredictionTable
 from stickslip.support.checks import InputError, counted, fault, unique
-from stickslip.support.late import xr
 
 
 class ResponsePredictionTable(PredictionTable):
@@ -45,18 +38,17 @@ class ResponsePredictionTable(PredictionTable):
     by: Column | None = None
     """column that distinguishes the curves of one of these files; default: that of the identification"""
 
+    def check(self) -> None:
+        """One kind of levels, or tests that say them."""
+        if self.force or self.amplitude or not self.compare:
+            one_kind_of_level(self.force, self.amplitude, files=True)
+        unique("force", self.force)
+        unique("amplitude", self.amplitude)
+        if not self.compare and (self.compare_force or self.columns or self.column_units or self.by is not None):
+            raise fault("compare_force, columns, column_units and by", "must go with files to compare", "none")
+
 
 TABLE = "response_prediction"
-
-
-def checked(table: ResponsePredictionTable) -> None:
-    """One kind of levels, or tests that say them."""
-    if table.force or table.amplitude or not table.compare:
-        one_kind_of_level(table.force, table.amplitude, files=True)
-    unique("force", table.force)
-    unique("amplitude", table.amplitude)
-    if not table.compare and (table.compare_force or table.columns or table.column_units or table.by is not None):
-        raise fault("compare_force, columns, column_units and by", "must go with files to compare", "none")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +56,7 @@ class ResponsePredictionPlan(PredictionPlan):
     """An identification, carried out or read, and the prediction of responses from it."""
 
     table: ResponsePredictionTable
-
-    @classmethod
-    def of(cls, asked: Asked) -> ResponsePredictionPlan:
-        """The plan of a study."""
-        table = ResponsePredictionTable.model_validate(asked.tables[TABLE])
-        return cls(cls.base_of(asked, TABLE, table), table, asked.document, TABLE)
+    name, form = TABLE, ResponsePredictionTable
 
     @property
     def what(self) -> str:
@@ -77,7 +64,7 @@ class ResponsePredictionPlan(PredictionPlan):
         return counted(len(levels), "level") if levels else "the levels of the compared curves"
 
     @cached_property
-    def tests(self) -> list[MeasuredResponse]:
+    def measured(self) -> list[MeasuredResponse]:
         """The curves to compare with."""
         table, base = self.table, self.base.table
         if not table.compare:
@@ -100,13 +87,13 @@ class ResponsePredictionPlan(PredictionPlan):
         the response was held in the identification."""
         if self.table.force or self.table.amplitude:
             return list(self.table.force), list(self.table.amplitude)
-        found = list(dict.fromkeys(level_of(test, held) for test in self.tests))
+        found = list(dict.fromkeys(level_of(test, held) for test in self.measured))
         return ([], found) if held else (found, [])
 
     def check(self, held: bool, quantity: str) -> None:
         """Refuse curves to compare with that are of another quantity, or at no predicted level, or beside the band."""
         force, amplitude = self.levels(held)
-        for test in self.tests:
+        for test in self.measured:
             level_for(test, amplitude or force, bool(amplitude), quantity)
             points_in_band(test, self.band.low, self.band.high)
 
@@ -115,17 +102,5 @@ class ResponsePredictionPlan(PredictionPlan):
         force, amplitude = self.levels(str(identified.dataset.attrs["held"]) == "response")
         return ResponsePredictionWork(identified, force, amplitude=amplitude, band=self.band, **self.about_draws)
 
-    def compared(self, work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
-        """The prediction beside the measured curves."""
-        found = work.gathered(results)
-        return (found.compare(self.tests) if self.tests else found).dataset
 
-
-KIND = Kind(
-    ResponsePredictionPlan.of,
-    {IDENTIFICATION: ResponseIdentificationTable, TABLE: ResponsePredictionTable},
-    required=(IDENTIFICATION, TABLE),
-    checks={IDENTIFICATION: free_parameters, TABLE: checked},
-    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-)
-"""Files are read when the work begins."""
+KIND = ResponsePredictionPlan.kind()

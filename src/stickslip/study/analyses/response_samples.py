@@ -14,7 +14,7 @@ from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.contacts import RuleOrRules
-from stickslip.study.fields import Number, check_of, in_si, table_of
+from stickslip.study.fields import Number, Table, in_si, table_of
 from stickslip.support.checks import MOST, InputError, fault
 from stickslip.support.late import xr
 from stickslip.support.units import Band
@@ -28,9 +28,21 @@ LawParameters = Annotated[
 Points = Annotated[
     int | None, Field(ge=2, le=MOST, description="number of frequencies in the band to solve exactly, as percentiles require")
 ]
+
+
+class DrawnTable(Table):
+    """Start states that are drawn."""
+
+    def check(self) -> None:
+        """A law and its parameters, and a method that follows it."""
+        law_of(self)
+
+
 SamplesTable = table_of(
     SamplesWork,
     "Responses from many start states instead of one.",
+    DrawnTable,
+    checked=True,
     count=Annotated[int, Field(ge=1, le=MOST)],
     rule=RuleOrRules,
     law=(LawName, None),
@@ -46,12 +58,6 @@ def law_of(table: Any) -> Law | None:
     if table.law is not None and table.method == "corners":
         raise fault("method", "must be latin or random with a law", table.method, "Corners follow no law.")
     return None if table.law is None else named_law(table.law, table.parameters)
-
-
-def checked(table: Any) -> None:
-    """What the model of [response_samples] cannot check."""
-    check_of(SamplesWork)(table)
-    law_of(table)
 
 
 def plan(asked: Asked) -> Works:
@@ -76,6 +82,4 @@ def plan(asked: Asked) -> Works:
     return Works(lambda: work(base()), summary_of(sweep), gathered, on_mesh=lambda progress: work(base().with_shapes(progress)))
 
 
-KIND = Kind(
-    plan, {"response_samples": SamplesTable}, checks={"response_samples": checked}, without=("peak_tolerance",), from_mesh=True
-)
+KIND = Kind(plan, {"response_samples": SamplesTable}, optional=("response_samples",), without=("peak_tolerance",), from_mesh=True)

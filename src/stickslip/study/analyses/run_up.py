@@ -4,8 +4,8 @@ from typing import Any
 
 from stickslip.analyses.speed.speed_sweep import RunUpWork
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analyses.speed_sweep import band, checked, problem_over_speed
-from stickslip.study.analysis import Asked, Kind, Works
+from stickslip.study.analyses.speed_sweep import band, problem_over_speed
+from stickslip.study.analysis import PEAKS, Asked, Kind, Works
 from stickslip.study.fields import Positive, table_of
 from stickslip.study.tables import OverSpeedTable
 from stickslip.support.checks import counted
@@ -39,11 +39,4 @@ def plan(asked: Asked) -> Works:
     return Works(work, summary, content=problem.fingerprint, condition=f"at {reference:g} rev/min")
 
 
-KIND = Kind(
-    plan,
-    {TABLE: RunUpTable},
-    required=(TABLE,),
-    checks={TABLE: checked},
-    band=band,
-    without=("harmonics", "samples", "tolerance", "peak_tolerance", "quantity", "measure"),
-)
+KIND = Kind(plan, {TABLE: RunUpTable}, band=band, without=("harmonics", "samples", *PEAKS))

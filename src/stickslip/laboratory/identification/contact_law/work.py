@@ -1,6 +1,5 @@
 """Contact law, stiffness and friction from the measured loops of one contact: over all loops, and cycle by cycle."""
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
@@ -351,9 +350,3 @@ def _smoothed(loop: fit.ContactLoop, harmonics: int | None) -> fit.ContactLoop:
     u, error = smoothed_motion(np.asarray(loop.displacement), harmonics)
     force = fit.smoothed(np.asarray(loop.force), error.size)
     return replace(loop, displacement=u, force=force, harmonics=error.size, displacement_error=error)
-
-
-def identify_law(loops: Sequence[fit.ContactLoop], laws: Sequence[str] = fit.FITTED) -> ContactLaw:
-    """Old name of `contact_law`."""
-    warnings.warn("`identify_law` is now `contact_law`.", DeprecationWarning, stacklevel=2)
-    return contact_law(loops, laws=laws)

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.damper_alone.cycle_dataset import slip_work
+from stickslip.analyses.damper_alone.cycle import slip_work
 from stickslip.analyses.settings import Seed, Setting, Settings, Whole, takes
 from stickslip.laboratory.identification.damper.fit import (
     COARSE,

@@ -34,8 +34,7 @@ from stickslip.solve.balance.fourier import highest, of_attribute
 from stickslip.solve.balance.measure import Measure, measure_of, quantity_named
 from stickslip.solve.balance.system import Control
 from stickslip.solve.continuation.curve_points import CurvePoint
-from stickslip.solve.curves.curve import Curve, controlled_curve, force_phase, phase_resonances, solve_curve
-from stickslip.solve.curves.refine import refined
+from stickslip.solve.curves.curve import Curve, controlled_curve, force_phase, phase_resonances, refined, solve_curve
 from stickslip.solve.starts.states import StartSpace, explored_space
 from stickslip.support.checks import Array, InputError, fault, finite, of_kind
 from stickslip.support.late import xr

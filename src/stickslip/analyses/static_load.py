@@ -1,4 +1,6 @@
-"""What the history of the static load changes at the highest peaks of a curve.
+"""The static load: the contacts at rest under it, and what its history changes at the highest peaks of a curve.
+
+A result keeps each contact at rest; a table has a row for each contact surface.
 
 Where a contact sticks, its friction depends on where its slider stood when the vibration began. Two histories are limits of what
 may have been before:
@@ -13,16 +15,20 @@ other history is another offset of each slider, and a peak is followed while all
 bounds: between and beyond them lie all other start states (`response_bounds`).
 """
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.truncation import SEATED, highest_points, same_motion
 from stickslip.model.problem import Problem
-from stickslip.model.problem.at_rest import at_rest, begins, open_stiffness, seated
+from stickslip.model.problem.at_rest import at_rest, begins, open_stiffness, rest_variables, seated
 from stickslip.model.problem.meshed import resting
 from stickslip.model.structure.modes import Modes, natural_modes
+from stickslip.results.schema import in_system, system_of
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.curve_points import CurvePoint
@@ -31,6 +37,64 @@ from stickslip.solve.continuation.newton import TOLERANCE
 from stickslip.solve.curves.curve import Curve
 from stickslip.solve.peaks.climb import PeakSolver, followed, settled
 from stickslip.support.checks import Array, first_of
+from stickslip.support.late import xr
+from stickslip.support.units import UnitSystem
+
+MOST = 60
+"""Rows of a table on the screen: six surfaces at each of ten loads."""
+
+
+def rest_of(problem: Problem) -> dict[str, Any]:
+    """The variables of a problem under its static load; none without contacts or a state of rest, or with one at each speed."""
+    if not problem.contacts or problem.speed is not None:
+        return {}
+    loaded, rest = resting(problem, at_rest)
+    return {} if rest is None else rest_variables(loaded, rest)
+
+
+def by_surface(found: Mapping[str, Any] | xr.Dataset, system: UnitSystem | None = None) -> list[dict[str, Any]]:
+    """A record for each contact surface, and for each contact by itself, by heads with their units; sums, and largest values."""
+    (newton, force), (metre, length) = in_system("N", system), in_system("m", system)
+    load, friction, gap, slip, state = (np.asarray(found[f"rest_{key}"]) for key in ("load", "friction", "gap", "slip", "state"))
+    names = np.asarray(found["contact_surface"])
+    return [
+        {
+            "surface": name,
+            "contacts": int(own.sum()),
+            "open": int(np.sum(state[own] == 0)),
+            "at friction limit": int(np.sum(state[own] == 2)),
+            f"normal load [{force}]": newton * float(load[own].sum()),
+            f"least [{force}]": newton * float(load[own].min()),
+            f"largest [{force}]": newton * float(load[own].max()),
+            f"friction [{force}]": newton * float(friction[own].max()),
+            f"slip [{length}]": metre * float(slip[own].max()),
+            f"gap [{length}]": metre * float(gap[own].max()),
+        }
+        for name in dict.fromkeys(names[np.isfinite(load)].tolist())
+        for own in [names == name]
+    ]
+
+
+def as_lines(records: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Records as the lines of a table, the first of many."""
+    cells = [[each if isinstance(each, str) else f"{each:.4g}" for each in record.values()] for record in records[:MOST]]
+    shown = [*map(list, records[:1]), *cells]
+    widths = [max(map(len, column)) for column in zip(*shown, strict=True)]
+    lines = ["  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)) for line in shown]
+    return [*lines, f"... ({len(records)} in all)"] if len(records) > MOST else lines
+
+
+def fields_at_rest(dataset: xr.Dataset) -> dict[str, Array]:
+    """The contacts at rest at each contact node, by names with the units of the study; the pressure where areas are known."""
+    of_node, fields = dataset["contact_of_node"].values, {}
+    known = {str(name): values[of_node] for name, values in dataset.data_vars.items() if str(name).startswith("rest_")}
+    if "contact_area" in dataset and dataset["contact_area"][of_node].all():
+        known["rest_pressure"] = (known["rest_load"] / dataset["contact_area"][of_node]).assign_attrs(units="Pa")
+    for name, values in known.items():
+        factor, unit = in_system(values.attrs["units"], system_of(dataset))
+        fields[f"{name.removeprefix('rest_')} at rest{'' if unit == '1' else f' [{unit}]'}"] = factor * values.values
+    return fields
+
 
 SEEN = 1e-3
 """Relative difference of two natural frequencies from which on it is seen in tables and figures, and share of the excitation of a
