@@ -504,9 +504,9 @@ def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     return work.gathered(curves)
 
 
-TRACED, DRAWN, ESTIMATED = 0.5, 0.6, 0.85
-"""Progress of a case when its curve is traced, is dense enough to draw, and the errors along it are known, in the share of the
-time that this takes where contacts are many; other motions and what finer coordinates change follow."""
+TRACED, STAGES = 0.5, 6
+"""Progress of a case when its curve is traced, about its share of the time where contacts are many, and as how many equal parts
+what follows counts."""
 
 LARGE = 0.1
 """Largest motion over the size of the structure from where on a theory of small motions is left."""
@@ -779,14 +779,19 @@ class ForcedResponseWork(OneBalance):
 
     def arrays(self, curve: Curve, report: Report = lambda share: None) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
+
+        def stage(number: int, share: float = 0.0) -> None:
+            report(TRACED + (1.0 - TRACED) * (number + share) / STAGES)
+
         curve = self._dense(curve)
-        report(DRAWN)
+        stage(1)
         arrays = self._plain_arrays(curve)
+        stage(2)
         measure = self.measure.over(self.periods)
         stability = judged(self.balance, curve, measure)
         errors = discretisation_errors(self.balance, curve, measure)
-        along = point_errors(self.balance, curve, measure, self.settings.listed)
-        report(ESTIMATED)
+        along = point_errors(self.balance, curve, measure, self.settings.listed, partial(stage, 3))
+        stage(4)
         names = self.problem.output_names
         finer, by_finer, held_mean = {}, "", ""
         if self.finer is not None and self.finer_balances is not None:
@@ -799,6 +804,7 @@ class ForcedResponseWork(OneBalance):
             finer, by_finer = {OWN_FORCES.variable: change}, OWN_FORCES.warning(names, change)
             springs = len(self.problem.mean_springs) - len(self.settings.problem.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
+        stage(5)
         history, by_history, unsought = history_change(self.balance, curve, measure, self.seated_at)
         sought = not (self.settings.listed or contracts(self.problem))
         other = other_motion_warning(self.balance, curve, self.measure.over(self.periods)) if sought else ""

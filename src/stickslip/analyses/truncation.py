@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -147,7 +147,9 @@ def same_motion(point: CurvePoint, other: CurvePoint) -> bool:
     return abs(omega - near) <= SAME_PEAK * omega and apart <= NEAR * float(np.linalg.norm(motion))
 
 
-def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, listed: bool) -> Array:
+def point_errors(
+    balance: HarmonicBalance, curve: Curve, measure: Measure, listed: bool, report: Callable[[float], None] = lambda share: None
+) -> Array:
     """How far a curve with more harmonics passes from every point, |ΔX|/|X| of each output, (points, outputs).
 
     Solved on the plane across the curve, or at the frequency of listed points: at `FEW_POINTS` of them, at the highest peaks, and
@@ -175,7 +177,8 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
     highest = {id(point) for point in highest_points(balance, curve, measure).values()}
     even = np.linspace(0, len(points) - 1, min(FEW_POINTS, len(points))).round().astype(int)
     known = sorted({*even.tolist(), *(k for k, point in enumerate(points) if id(point) in highest)})
-    for k in known:
+    for done, k in enumerate(known):
+        report(done / len(known))
         solve_at(k)
     between = [(low, high) for low, high in pairwise(known)]
     while between:
@@ -183,6 +186,7 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
         together = errors[low] + errors[high] > ALLOWED
         if high - low > 1 and np.any(together & ((errors[low] <= ALLOWED) | (errors[high] <= ALLOWED))):
             known.append((low + high) // 2)
+            report(1.0)
             solve_at(known[-1])
             between += [(low, known[-1]), (known[-1], high)]
     errors[~np.isfinite(errors)] = np.nan
