@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.analyses import truncation
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import (
     broken_warning,
@@ -61,25 +62,6 @@ from stickslip.analyses.stability import flags, judged, stability_warning, with_
 from stickslip.analyses.static_load import Seated, history_change, opened, rest_of, seated_balance
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
 from stickslip.analyses.time_response import TimeCheck, verify_in_time
-from stickslip.analyses.truncation import (
-    ALL_MODES,
-    ALL_NODES,
-    ALLOWED,
-    OWN_FORCES,
-    POINT_ERROR,
-    SAMPLING_ERROR,
-    TRUNCATION_ERROR,
-    WORK_ERROR,
-    FinerProblem,
-    away_warning,
-    coordinates_note,
-    discretisation_errors,
-    errors_by,
-    held_mean_warning,
-    point_errors,
-    truncation_warning,
-    work_warning,
-)
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
 from stickslip.model.problem.speed import over_periods
@@ -612,8 +594,8 @@ class ForcedResponseWork(OneBalance):
         work, before, unknown = self, np.inf, np.full(len(self.problem.outputs), np.nan)
         measure = self.measure.over(self.periods)
         while work.problem.mesh is not None:
-            errors = [np.abs(curve.get(OWN_FORCES.variable, unknown)) for curve in curves]
-            if all(np.all(each <= ALLOWED) for each in errors):
+            errors = [np.abs(curve.get(truncation.OWN_FORCES.variable, unknown)) for curve in curves]
+            if all(np.all(each <= truncation.ALLOWED) for each in errors):
                 break
             response, worst, highest = work.gathered(curves), 0.0, []
             dataset = response.dataset
@@ -628,7 +610,7 @@ class ForcedResponseWork(OneBalance):
                     highest.append(Highest(output, found.point, peak, float(size[k])))
                     of_sweep = errors[case][output] if case < len(curves) else 0.0
                     worst = max(worst, 1.0 if np.isnan(of_sweep) else float(of_sweep))  # too far away to be solved
-            if not ALLOWED < worst < 0.5 * before:
+            if not truncation.ALLOWED < worst < 0.5 * before:
                 break
             share = NEGLIGIBLE * (SETTLED / worst) ** 2
             problem = with_shapes_of_peaks(points.balance, work._balance_of, highest, measure, progress, share)
@@ -756,9 +738,9 @@ class ForcedResponseWork(OneBalance):
         return lambda omega: found(0.0 if self.problem.speed is None else omega)
 
     @property
-    def finer_problem(self) -> FinerProblem:
+    def finer_problem(self) -> truncation.FinerProblem:
         """What `finer` has more."""
-        return ALL_NODES if any(contact.nodes for contact in self.problem.contacts) else ALL_MODES
+        return truncation.ALL_NODES if any(contact.nodes for contact in self.problem.contacts) else truncation.ALL_MODES
 
     @cached_property
     def finer_balances(self) -> tuple[HarmonicBalance, HarmonicBalance] | None:
@@ -766,7 +748,7 @@ class ForcedResponseWork(OneBalance):
         if self.finer is None:
             return None
         how = self.harmonics, self.samples, self.periods
-        nodes, modes_to = self.finer_problem is ALL_NODES, self.problem.modes_to
+        nodes, modes_to = self.finer_problem is truncation.ALL_NODES, self.problem.modes_to
         few = self.problem if not nodes else self.finer if modes_to is None else on_few_coordinates(self.finer, 0.0, modes_to)
         whole = self.finer
         if few.mean_springs != whole.mean_springs:  # the damping of the modes is known already
@@ -789,21 +771,21 @@ class ForcedResponseWork(OneBalance):
         stage(2)
         measure = self.measure.over(self.periods)
         stability = judged(self.balance, curve, measure)
-        errors = discretisation_errors(self.balance, curve, measure)
-        along = point_errors(self.balance, curve, measure, self.settings.listed, partial(stage, 3))
+        errors = truncation.discretisation_errors(self.balance, curve, measure)
+        along = truncation.point_errors(self.balance, curve, measure, self.settings.listed, partial(stage, 3))
         stage(4)
         names = self.problem.output_names
         finer, by_finer, held_mean = {}, "", ""
         if self.finer is not None and self.finer_balances is not None:
-            change = errors_by(*self.finer_balances, self.balance, curve, measure)
+            change = truncation.errors_by(*self.finer_balances, self.balance, curve, measure)
             finer, by_finer = {self.finer_problem.variable: change}, self.finer_problem.warning(names, change)
             springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
-            held_mean = held_mean_warning(self.balance, springs, curve, measure)
+            held_mean = truncation.held_mean_warning(self.balance, springs, curve, measure)
         elif self.problem.mesh is not None:
             change = own_shapes_error(self.balance, curve, measure)
-            finer, by_finer = {OWN_FORCES.variable: change}, OWN_FORCES.warning(names, change)
+            finer, by_finer = {truncation.OWN_FORCES.variable: change}, truncation.OWN_FORCES.warning(names, change)
             springs = len(self.problem.mean_springs) - len(self.settings.problem.mean_springs)
-            held_mean = held_mean_warning(self.balance, springs, curve, measure)
+            held_mean = truncation.held_mean_warning(self.balance, springs, curve, measure)
         stage(5)
         history, by_history, unsought = history_change(self.balance, curve, measure, self.seated_at)
         sought = not (self.settings.listed or contracts(self.problem))
@@ -811,9 +793,9 @@ class ForcedResponseWork(OneBalance):
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             other,
-            truncation_warning(self.harmonics, names, errors["truncation_error"], self.choice) if curve.points else "",
-            away_warning(self.balance, curve, measure, along, errors["truncation_error"]),
-            work_warning(self.harmonics, names, errors["work_error"]),
+            truncation.truncation_warning(self.harmonics, names, errors["truncation_error"], self.choice) if curve.points else "",
+            truncation.away_warning(self.balance, curve, measure, along, errors["truncation_error"]),
+            truncation.work_warning(self.harmonics, names, errors["work_error"]),
             by_finer,
             by_history,
             held_mean,
@@ -855,8 +837,12 @@ class ForcedResponseWork(OneBalance):
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem).assign(described("contacts_at_rest", rest_of(self.problem)))
-        kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR, "work_error": WORK_ERROR}
-        for each in (ALL_MODES if self.problem.mesh is None else OWN_FORCES, ALL_NODES):
+        kept = {
+            "truncation_error": truncation.TRUNCATION_ERROR,
+            "sampling_error": truncation.SAMPLING_ERROR,
+            "work_error": truncation.WORK_ERROR,
+        }
+        for each in (truncation.ALL_MODES if self.problem.mesh is None else truncation.OWN_FORCES, truncation.ALL_NODES):
             if any(each.variable in curve for curve in curves):
                 kept[each.variable] = each.attributes
         if self.problem.modes_to is not None:
@@ -866,14 +852,14 @@ class ForcedResponseWork(OneBalance):
                 dataset[SHAPE_FORCE] = ("contact", "direction", "contact_shape"), forces, SHAPE_FORCE_ATTRIBUTES
             whole = self.finer if self.problem.mesh is None else self.settings.problem
             if whole is not None:
-                dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, whole)
+                dataset.attrs["coordinates_chosen"] = truncation.coordinates_note(self.problem, whole)
         unknown, axes = np.full(dataset.sizes["output"], np.nan), ("case", "output")
         errors = {name: (axes, [curve.get(name, unknown) for curve in curves], attributes) for name, attributes in kept.items()}
         along = np.full((len(curves), dataset.sizes["point"], dataset.sizes["output"]), np.nan)
         for case, curve in enumerate(curves):
             known = curve.get("point_truncation_error", along[case, :0])
             along[case, : len(known)] = known
-        at_points = {"point_truncation_error": (("case", "point", "output"), along, POINT_ERROR)}
+        at_points = {"point_truncation_error": (("case", "point", "output"), along, truncation.POINT_ERROR)}
         dataset = dataset.assign(errors | at_points | flags(curves, dataset.sizes["output"]))
         return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
 

@@ -20,55 +20,35 @@ from stickslip.model.contact.microslip import FourParameter, Hertz, Iwan, Micros
 from stickslip.model.contact.point import STARTS, SliderOffset, Start
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.model.contact.valanis import Valanis
-from stickslip.study.fields import (
-    BY_SYMBOL,
-    CUBIC_STIFFNESS,
-    DIMENSIONLESS,
-    FORCE,
-    LENGTH,
-    PRESSURE,
-    STIFFNESS,
-    Direction,
-    Directions,
-    Groups,
-    NotNegative,
-    NotNegatives,
-    Number,
-    Numbers,
-    Pair,
-    Positive,
-    Positives,
-    Ratio,
-    Table,
-    Units,
-    Vector,
-    Words,
-    by_form,
-    in_si,
-)
+from stickslip.study import fields
 from stickslip.support.checks import fault, nearest
 
-Values = Annotated[Annotated[Number, Tag("<single>")] | Annotated[list[Numbers], Field(min_length=1), Tag("<list>")], by_form()]
-RatioOrList = Annotated[Annotated[Ratio, Tag("<single>")] | Annotated[list[Ratio], Tag("<list>")], by_form()]
+Values = Annotated[
+    Annotated[fields.Number, Tag("<single>")] | Annotated[list[fields.Numbers], Field(min_length=1), Tag("<list>")],
+    fields.by_form(),
+]
+RatioOrList = Annotated[Annotated[fields.Ratio, Tag("<single>")] | Annotated[list[fields.Ratio], Tag("<list>")], fields.by_form()]
 Ratios = Annotated[
-    Annotated[Ratio, Tag("<single>")] | Annotated[list[RatioOrList], Field(min_length=1), Tag("<list>")],
-    by_form(),
-    Words("number or list"),
+    Annotated[fields.Ratio, Tag("<single>")] | Annotated[list[RatioOrList], Field(min_length=1), Tag("<list>")],
+    fields.by_form(),
+    fields.Words("number or list"),
 ]
 """A number for all; a list with one entry per direction, or per element; a list of lists: per direction and element."""
 
 
-class StartTable(Table):
+class StartTable(fields.Table):
     """Exactly one rule. Its value: a number for all, a list per direction or per element of an array, or a list of lists."""
 
-    slider_offset: Annotated[Values | None, LENGTH, Field(description="where the slider rests (0: a virgin contact)")] = None
+    slider_offset: Annotated[Values | None, fields.LENGTH, Field(description="where the slider rests (0: a virgin contact)")] = (
+        None
+    )
     traction_ratio: Annotated[Ratios | None, Field(description="T/(µN) at the last sample, from −1 to 1")] = None
-    mean_traction: Annotated[Values | None, FORCE, Field(description="mean of T over the period")] = None
+    mean_traction: Annotated[Values | None, fields.FORCE, Field(description="mean of T over the period")] = None
 
 
 Starts = Annotated[
     Annotated[StartTable, Tag("<table>")] | Annotated[list[StartTable], Field(min_length=1, max_length=2), Tag("<list>")],
-    by_form(),
+    fields.by_form(),
 ]
 """One rule for a contact, or a list with one per tangential direction."""
 
@@ -76,13 +56,15 @@ Starts = Annotated[
 RuleName = Literal["slider_offset", "traction_ratio", "mean_traction", "virgin"]
 RuleOrRules = Annotated[
     Annotated[RuleName, Tag("<single>")] | Annotated[list[RuleName], Field(min_length=2, max_length=2), Tag("<list>")],
-    by_form(),
-    Words('`"slider_offset"`, `"traction_ratio"`, `"mean_traction"`, `"virgin"`, or a list of two'),
+    fields.by_form(),
+    fields.Words('`"slider_offset"`, `"traction_ratio"`, `"mean_traction"`, `"virgin"`, or a list of two'),
 ]
 """What the start states of all contacts are drawn from, or of tangential and normal directions."""
 
 
-def start_rules(start: StartTable | list[StartTable] | None, units: Units, directions: int, elements: int) -> tuple[Start, ...]:
+def start_rules(
+    start: StartTable | list[StartTable] | None, units: fields.Units, directions: int, elements: int
+) -> tuple[Start, ...]:
     """One rule per tangential direction, in SI. `elements` is the number of friction elements of each direction."""
     if start is None:
         return (SliderOffset(),) * directions
@@ -93,9 +75,9 @@ def start_rules(start: StartTable | list[StartTable] | None, units: Units, direc
     return tuple(spread(table, units, 1, elements)[0] for table in start)
 
 
-def spread(table: StartTable, units: Units, directions: int, elements: int) -> tuple[Start, ...]:
+def spread(table: StartTable, units: fields.Units, directions: int, elements: int) -> tuple[Start, ...]:
     """The rule of a table for each direction."""
-    given = {key: value for key, value in in_si(table, units).items() if value is not None}
+    given = {key: value for key, value in fields.in_si(table, units).items() if value is not None}
     if len(given) != 1:
         raise fault(
             "start", "must name exactly one rule", sorted(given), "Known: " + ", ".join(rule.key for rule in STARTS) + "."
@@ -126,21 +108,21 @@ def per_direction(key: str, value: Any, directions: int, elements: int) -> list[
 ENTRIES = Field(min_length=2)
 
 
-class LoadDependentFrictionTable(Table):
+class LoadDependentFrictionTable(fields.Table):
     """A coefficient that depends on the normal load N of the contact: `over` and `values`, between which the slip limit µN is
     linear; or a power law, `value`, `at` and `exponent`: µ = value (N/at)^exponent. Outside the loads µ is constant."""
 
-    over: Annotated[Annotated[list[Positive], ENTRIES] | None, FORCE] = None
+    over: Annotated[Annotated[list[fields.Positive], ENTRIES] | None, fields.FORCE] = None
     """normal loads, ascending; for a power law the lowest and the highest; default: at/100 and 100 at"""
-    values: Annotated[list[Positive], ENTRIES] | None = None
+    values: Annotated[list[fields.Positive], ENTRIES] | None = None
     """µ at each of these loads; µN must not fall as N grows"""
-    value: Annotated[Positive | None, Field(description="for a power law: µ at the load `at`")] = None
-    at: Annotated[Positive | None, FORCE, Field(description="for a power law: the load of `value`")] = None
-    exponent: Annotated[Number | None, Field(description="for a power law: from -1 to 1, negative if µ falls")] = None
+    value: Annotated[fields.Positive | None, Field(description="for a power law: µ at the load `at`")] = None
+    at: Annotated[fields.Positive | None, fields.FORCE, Field(description="for a power law: the load of `value`")] = None
+    exponent: Annotated[fields.Number | None, Field(description="for a power law: from -1 to 1, negative if µ falls")] = None
 
-    def friction(self, units: Units) -> LoadDependentFriction:
+    def friction(self, units: fields.Units) -> LoadDependentFriction:
         """The coefficient over loads in newtons."""
-        given = {key: value for key, value in in_si(self, units).items() if value is not None}
+        given = {key: value for key, value in fields.in_si(self, units).items() if value is not None}
         power = {"value", "at", "exponent"}
         if given.keys() == {"over", "values"}:
             return LoadDependentFriction(**given)
@@ -151,40 +133,42 @@ class LoadDependentFrictionTable(Table):
 
 
 Friction = Annotated[
-    Annotated[NotNegative, Tag("<single>")] | Annotated[LoadDependentFrictionTable, Tag("<table>")],
-    by_form(),
-    Words("number or table"),
+    Annotated[fields.NotNegative, Tag("<single>")] | Annotated[LoadDependentFrictionTable, Tag("<table>")],
+    fields.by_form(),
+    fields.Words("number or table"),
 ]
 
 Frictions = Annotated[
-    Annotated[NotNegative, Tag("<single>")]
-    | Annotated[list[NotNegative], Field(min_length=1), Tag("<list>")]
+    Annotated[fields.NotNegative, Tag("<single>")]
+    | Annotated[list[fields.NotNegative], Field(min_length=1), Tag("<list>")]
     | Annotated[LoadDependentFrictionTable, Tag("<table>")],
-    by_form(),
-    Words("number, list of numbers or table"),
+    fields.by_form(),
+    fields.Words("number, list of numbers or table"),
 ]
 
 
-def friction_in_si(mu: Any, units: Units) -> Any:
+def friction_in_si(mu: Any, units: fields.Units) -> Any:
     """A coefficient with its loads in newtons."""
     return mu.friction(units) if isinstance(mu, LoadDependentFrictionTable) else mu
 
 
-class ContactTable(Table):
+class ContactTable(fields.Table):
     """What every contact has. `between` stands for the only direction of a contact that has one."""
 
     between_is: ClassVar[Literal["tangential", "normal"]] = "tangential"
 
     name: Annotated[str | None, Field(min_length=1, description="name in the results; numbered when absent")] = None
-    between: Annotated[Pair | None, Field(description='[A, B]: A relative to B, as the only direction; B may be "ground"')] = None
+    between: Annotated[
+        fields.Pair | None, Field(description='[A, B]: A relative to B, as the only direction; B may be "ground"')
+    ] = None
 
     @abstractmethod
     def law_in_si(self, values: dict[str, Any]) -> Law:
         """The law, from the fields in SI."""
 
-    def make_law(self, units: Units) -> Law:
+    def make_law(self, units: fields.Units) -> Law:
         """The law with its parameters converted to SI."""
-        return self.law_in_si(in_si(self, units))
+        return self.law_in_si(fields.in_si(self, units))
 
 
 class SurfaceTable(ContactTable):
@@ -204,11 +188,11 @@ class SurfaceTable(ContactTable):
     against: Annotated[
         str | None, Field(min_length=1, description='what lies opposite: a [[body]], another set of nodes, or "ground"')
     ] = None
-    facing: Vector | None = None
+    facing: fields.Vector | None = None
     """direction out of the surface; default: towards the opposite side"""
     line: bool | None = None
     """true for a line contact: nodes along a straight, bent or closed edge share its length; refused without this key"""
-    tangent: Vector | None = None
+    tangent: fields.Vector | None = None
     """direction t1, projected on the surface; default: along its greatest length, or along the line"""
     mesh_gap: bool = False
     """add to `gap` how far the set of nodes opposite stands off each node of the mesh"""
@@ -221,28 +205,28 @@ class SurfaceTable(ContactTable):
             "is computed",
         ),
     ] = None
-    mean_pressure: Annotated[NotNegative, PRESSURE] = 0.0
+    mean_pressure: Annotated[fields.NotNegative, fields.PRESSURE] = 0.0
     """N0 per area, in addition to `preload`; needs `kn`"""
 
 
 class FrictionTable(SurfaceTable):
     """What every contact with friction has."""
 
-    exactly_one: ClassVar[Groups] = (("between", "tangential", "surface"), ("kn", "normal_load"))
-    at_most_one: ClassVar[Groups] = (("between", "normal"), ("surface", "normal"))
+    exactly_one: ClassVar[fields.Groups] = (("between", "tangential", "surface"), ("kn", "normal_load"))
+    at_most_one: ClassVar[fields.Groups] = (("between", "normal"), ("surface", "normal"))
     together: ClassVar[tuple[tuple[str, str], ...]] = (("kn", "normal"), *SurfaceTable.together)
 
     mu: Annotated[Friction, Field(description="friction coefficient; as a table it depends on the normal load")]
-    tangential: Directions | None = None
+    tangential: fields.Directions | None = None
     """t1, or [t1, t2]; a direction is [A, B] or a table of coefficients"""
-    normal: Annotated[Direction | None, Field(description="the closing direction, positive when A moves into B")] = None
+    normal: Annotated[fields.Direction | None, Field(description="the closing direction, positive when A moves into B")] = None
     balanced: bool = False
     """count z from the preloaded equilibrium: the structure feels N − N0, not the whole N"""
     start: Starts | None = None
     """start rule, or a list with one rule per direction; a virgin contact when absent"""
 
-    def make_law(self, units: Units) -> Law:
-        values = in_si(self, units)
+    def make_law(self, units: fields.Units) -> Law:
+        values = fields.in_si(self, units)
         return self.law_in_si(values | {"mu": friction_in_si(values["mu"], units)})
 
 
@@ -256,23 +240,27 @@ SLIDER = ("kt", *LOAD)
 class LoadTable(FrictionTable):
     """What contacts have whose limit is μN of one normal spring, or constant."""
 
-    normal_load: Annotated[NotNegative | None, FORCE, Field(description="constant normal load, when there is no kn")] = None
-    kn: Annotated[Positive | None, STIFFNESS, Field(description="normal stiffness; needs `normal`")] = None
-    preload: Annotated[Number, FORCE, Field(description="N0: normal force at z = 0 (an interference)")] = 0.0
-    gap: Annotated[Number, LENGTH, Field(description="closes at z = gap")] = 0.0
+    normal_load: Annotated[
+        fields.NotNegative | None, fields.FORCE, Field(description="constant normal load, when there is no kn")
+    ] = None
+    kn: Annotated[fields.Positive | None, fields.STIFFNESS, Field(description="normal stiffness; needs `normal`")] = None
+    preload: Annotated[fields.Number, fields.FORCE, Field(description="N0: normal force at z = 0 (an interference)")] = 0.0
+    gap: Annotated[fields.Number, fields.LENGTH, Field(description="closes at z = gap")] = 0.0
 
 
 class SliderTable(LoadTable):
     """What contacts with one spring and slider have."""
 
-    kt: Annotated[Positive, STIFFNESS, Field(description="tangential stiffness")]
+    kt: Annotated[fields.Positive, fields.STIFFNESS, Field(description="tangential stiffness")]
 
 
 class MacroslipTable(SliderTable):
     """One spring and slider per tangential direction."""
 
     law: Annotated[Literal["macroslip"], Field(description="the contact law")]
-    kt2: Annotated[Positive | None, STIFFNESS, Field(description="tangential stiffness along t2, where it is another")] = None
+    kt2: Annotated[
+        fields.Positive | None, fields.STIFFNESS, Field(description="tangential stiffness along t2, where it is another")
+    ] = None
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
         return Macroslip(**{key: values[key] for key in (*SLIDER, "kt2")})
@@ -303,25 +291,27 @@ def load_table(law: type[SingleLoad]) -> type[ContactTable]:
 
 def _own_type(number: Own) -> Any:
     """Type of a key: a number in its range, with its dimension."""
-    dimensions = [] if number.unit == DIMENSIONLESS.symbol else [BY_SYMBOL[number.unit]]
+    dimensions = [] if number.unit == fields.DIMENSIONLESS.symbol else [fields.BY_SYMBOL[number.unit]]
     field = Field(ge=number.least, gt=number.above, lt=number.below, description=number.description)
-    return Annotated[Number, *dimensions, field]
+    return Annotated[fields.Number, *dimensions, field]
 
 
 class MicroslipArrayTable(FrictionTable):
     """Parallel springs and sliders with gaps. A list has one entry per element; a number is the total, shared equally."""
 
-    at_most_one: ClassVar[Groups] = (*FrictionTable.at_most_one, ("gaps", "largest_gap"))
+    at_most_one: ClassVar[fields.Groups] = (*FrictionTable.at_most_one, ("gaps", "largest_gap"))
 
     law: Annotated[Literal["microslip_array"], Field(description="the contact law")]
-    kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, total or per element")]
+    kt: Annotated[fields.Positives, fields.STIFFNESS, Field(description="tangential stiffness, total or per element")]
     elements: Annotated[int | None, Field(ge=1, le=1000, description="number of elements, when nothing is a list")] = None
-    normal_load: Annotated[NotNegatives | None, FORCE] = None
+    normal_load: Annotated[fields.NotNegatives | None, fields.FORCE] = None
     """constant normal load, total or per element, when there is no kn"""
-    kn: Annotated[Positives | None, STIFFNESS, Field(description="normal stiffness, total or per element; needs `normal`")] = None
-    preload: Annotated[Numbers, FORCE, Field(description="N0, total or per element")] = 0.0
-    gaps: Annotated[list[Number] | None, LENGTH, Field(min_length=1, description="gap of each element")] = None
-    largest_gap: Annotated[Number | None, LENGTH] = None
+    kn: Annotated[
+        fields.Positives | None, fields.STIFFNESS, Field(description="normal stiffness, total or per element; needs `normal`")
+    ] = None
+    preload: Annotated[fields.Numbers, fields.FORCE, Field(description="N0, total or per element")] = 0.0
+    gaps: Annotated[list[fields.Number] | None, fields.LENGTH, Field(min_length=1, description="gap of each element")] = None
+    largest_gap: Annotated[fields.Number | None, fields.LENGTH] = None
     """gaps spaced equally from 0 to this, instead of `gaps`"""
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
@@ -353,10 +343,10 @@ class IwanTable(SliderTable):
     law: Annotated[Literal["iwan"], Field(description="the contact law")]
     spectrum: Literal["hertz", "parabolic", "four_parameter"] = "hertz"
     """of the displacements at which the elements slip: by a Hertzian or parabolic pressure, or Segalman's"""
-    edge: NotNegative | None = None
+    edge: fields.NotNegative | None = None
     """parabolic: pressure at the edge over that in the middle; default: 0"""
-    chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1; default: -0.5")] = None
-    beta: Annotated[NotNegative | None, Field(description="four_parameter: stiffness ratio; default: 0.5")] = None
+    chi: Annotated[fields.Number | None, Field(description="four_parameter: exponent, above -1; default: -0.5")] = None
+    beta: Annotated[fields.NotNegative | None, Field(description="four_parameter: stiffness ratio; default: 0.5")] = None
     count: Annotated[int | None, Field(ge=2, le=10000)] = None
     """approximate number of springs and sliders; default: as many as an accuracy of 0.2 % requires"""
 
@@ -382,14 +372,14 @@ class GapTable(SurfaceTable):
     """A stop without friction."""
 
     between_is: ClassVar[Literal["tangential", "normal"]] = "normal"
-    exactly_one: ClassVar[Groups] = (("between", "normal", "surface"),)
+    exactly_one: ClassVar[fields.Groups] = (("between", "normal", "surface"),)
 
     law: Annotated[Literal["gap"], Field(description="the contact law")]
-    normal: Annotated[Direction | None, Field(description="the closing direction, positive when A moves into B")] = None
+    normal: Annotated[fields.Direction | None, Field(description="the closing direction, positive when A moves into B")] = None
     balanced: Annotated[bool, Field(description="count z from the preloaded equilibrium: the structure feels N − N0")] = False
-    kn: Annotated[Positive, STIFFNESS, Field(description="stiffness")]
-    gap: Annotated[Number, LENGTH, Field(description="closes at z = gap")] = 0.0
-    preload: Annotated[Number, FORCE, Field(description="N0: normal force at z = 0")] = 0.0
+    kn: Annotated[fields.Positive, fields.STIFFNESS, Field(description="stiffness")]
+    gap: Annotated[fields.Number, fields.LENGTH, Field(description="closes at z = gap")] = 0.0
+    preload: Annotated[fields.Number, fields.FORCE, Field(description="N0: normal force at z = 0")] = 0.0
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
         return Gap(**{key: values[key] for key in ("kn", "gap", "preload")})
@@ -398,12 +388,12 @@ class GapTable(SurfaceTable):
 class CubicSpringTable(ContactTable):
     """A spring k3 w³ without friction; its linear part belongs in K."""
 
-    exactly_one: ClassVar[Groups] = (("between", "tangential"),)
+    exactly_one: ClassVar[fields.Groups] = (("between", "tangential"),)
 
     law: Annotated[Literal["cubic_spring"], Field(description="the contact law")]
-    tangential: Directions | None = None
+    tangential: fields.Directions | None = None
     """its direction, or two; a direction is [A, B] or a table of coefficients"""
-    k3: Annotated[Number, CUBIC_STIFFNESS, Field(description="force per displacement cubed; negative softens")]
+    k3: Annotated[fields.Number, fields.CUBIC_STIFFNESS, Field(description="force per displacement cubed; negative softens")]
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
         return CubicSpring(values["k3"])

@@ -39,22 +39,8 @@ from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameter
 from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.modes import lowest_modes, rigid_motions
 from stickslip.results.schema import in_system
-from stickslip.study import build
+from stickslip.study import build, fields
 from stickslip.study.faults import WARNING, Found
-from stickslip.study.fields import (
-    FREQUENCY,
-    MASS,
-    STIFFNESS,
-    SYSTEMS,
-    Groups,
-    Number,
-    Place,
-    Positive,
-    Table,
-    Units,
-    Words,
-    in_si,
-)
 from stickslip.study.tables import AxisTable, BodyTable, FilesTable, GaugeTable, MatricesTable, SectorTable, StructureTable
 from stickslip.support.checks import MOST, Array, InputError, fault, nearest
 from stickslip.support.units import UnitSystem
@@ -106,7 +92,7 @@ def structure(
     table: StructureTable,
     whole: Whole,
     folder: Path,
-    units: Units,
+    units: fields.Units,
     progress: Progress,
     surfaces: Sequence[str],
     models: dict[str, Model],
@@ -119,7 +105,7 @@ def structure(
     model; of many such rows none is kept. K shall have the spin softening of the rotation of the whole.
     """
     damping, _, rotation = whole
-    own = SYSTEMS[table.units] if table.units is not None else units
+    own = fields.SYSTEMS[table.units] if table.units is not None else units
     key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
     given = [name for name in ("speed", "axis") if getattr(table, name) is not None]
     if rotation is not None and given:
@@ -154,7 +140,7 @@ def _sets(model: Model, surfaces: Sequence[str], places: Sequence[KeptPlace]) ->
     return {name: model.covers(members) if name in surfaces else None for name, members in nodes.items()}
 
 
-def _at_speeds(model: Model, table: StructureTable, folder: Path, units: Units, rotation: Rotation | None) -> list[Model]:
+def _at_speeds(model: Model, table: StructureTable, folder: Path, units: fields.Units, rotation: Rotation | None) -> list[Model]:
     """The model of a sector, and those at its other speeds, each with its own spin softening beside [rotation]."""
     assert table.sector is not None
     found = [model]
@@ -164,7 +150,7 @@ def _at_speeds(model: Model, table: StructureTable, folder: Path, units: Units, 
     return held_alike(found, _faces(table.sector, units))
 
 
-def _faces(sector: SectorTable, units: Units) -> Faces:
+def _faces(sector: SectorTable, units: fields.Units) -> Faces:
     return Faces(sector.sectors, sector.low, sector.high, _axis(sector.axis, units), sector.faces == "interpolated")
 
 
@@ -243,7 +229,7 @@ def _pulled_outwards(model: Model, axis: RotationAxis) -> bool:
     return bool(products[3, :3] @ products[3, :3] >= 0.5 * mass * products[3, 3])
 
 
-def _axis(table: AxisTable, units: Units) -> RotationAxis:
+def _axis(table: AxisTable, units: fields.Units) -> RotationAxis:
     """The axis of a table, whose point is in the unit of length of the model."""
     return RotationAxis.of((table.point, table.direction)).scaled(units.system.metres)
 
@@ -260,7 +246,7 @@ def _disk(
     sector: SectorTable,
     models: Sequence[Model],
     surfaces: Sequence[str],
-    units: Units,
+    units: fields.Units,
     progress: Progress,
     stress: StressRows | None,
     whole: Whole,
@@ -295,7 +281,7 @@ def _disk(
     return Built(disks[0], (*notes, *own), by_speed, _sets(model, surfaces, places))
 
 
-def _model(table: StructureTable, folder: Path, units: Units) -> Model:
+def _model(table: StructureTable, folder: Path, units: fields.Units) -> Model:
     if table.model is None:
         given = [key for key in ONLY_WITH_MODEL if getattr(table, key) is not None]
         if given:
@@ -353,7 +339,7 @@ def structures_of(
     surfaces: Sequence[str],
     whole: Whole,
     folder: Path,
-    units: Units,
+    units: fields.Units,
     found: Found,
     messages: Messages,
     meshed: Sequence[str] = (),
@@ -409,7 +395,7 @@ def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str
 def bodies_of(
     tables: Sequence[BodyTable | None],
     built: Mapping[str, Built],
-    units: Units,
+    units: fields.Units,
     found: Found,
     rotation: Rotation | None,
     notes: list[str],
@@ -540,39 +526,39 @@ def together(
     return Parts(whole if damping is None else whole.with_damping(damping), bodies, sets=sets, loads=tuple(loads))
 
 
-Complex = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
-Influence = Annotated[list[Number], Field(min_length=3, max_length=3), Words("list of three numbers")]
+Complex = Annotated[list[fields.Number], Field(min_length=2, max_length=2), fields.Words("pair of numbers")]
+Influence = Annotated[list[fields.Number], Field(min_length=3, max_length=3), fields.Words("list of three numbers")]
 
 
-class AerodynamicsTable(Table):
+class AerodynamicsTable(fields.Table):
     """Gas forces on the blades of a tuned disk, or of the mistuned ones made of it, that are proportional to their motion.
 
     Lists by nodal diameter have one entry for each wave, n = 0, 1, ..., N − 1; n = N − 1 is −1,
     against the numbering of the sectors.
     """
 
-    exactly_one: ClassVar[Groups] = (("influence", "stiffness", "damping_ratio"),)
+    exactly_one: ClassVar[fields.Groups] = (("influence", "stiffness", "damping_ratio"),)
 
-    influence: Annotated[list[Influence] | None, STIFFNESS, Field(min_length=1)] = None
+    influence: Annotated[list[Influence] | None, fields.STIFFNESS, Field(min_length=1)] = None
     """[k, Re L, Im L]: force on a blade per motion of the k-th blade after it; blades left out: 0"""
-    stiffness: Annotated[list[Complex] | None, STIFFNESS, Field(min_length=1)] = None
+    stiffness: Annotated[list[Complex] | None, fields.STIFFNESS, Field(min_length=1)] = None
     """[Re A, Im A] of every nodal diameter"""
-    damping_ratio: Annotated[list[Number] | None, Field(min_length=1)] = None
+    damping_ratio: Annotated[list[fields.Number] | None, Field(min_length=1)] = None
     """of the blade alone, for every nodal diameter; negative where gas feeds the vibration"""
-    frequency_shift: Annotated[list[Number] | None, Field(min_length=1)] = None
+    frequency_shift: Annotated[list[fields.Number] | None, Field(min_length=1)] = None
     """of the blade alone, relative, for every nodal diameter; else none"""
-    frequency: Annotated[Positive | None, FREQUENCY, Field(description="at which the coefficients hold")] = None
-    direction: Place | None = None
+    frequency: Annotated[fields.Positive | None, fields.FREQUENCY, Field(description="at which the coefficients hold")] = None
+    direction: fields.Place | None = None
     """direction of the sector on which they act; default: the coordinate of the blade-alone mode `mode`"""
-    modal_mass: Annotated[Positive | None, MASS, Field(description="of damping ratios along a direction")] = None
+    modal_mass: Annotated[fields.Positive | None, fields.MASS, Field(description="of damping ratios along a direction")] = None
     mode: Annotated[int, Field(ge=1, le=MOST, description="number of the blade-alone mode, where no direction is given")] = 1
 
 
-def with_aerodynamics(problem: Problem, table: AerodynamicsTable, units: Units) -> TunedDisk:
+def with_aerodynamics(problem: Problem, table: AerodynamicsTable, units: fields.Units) -> TunedDisk:
     """A tuned disk with the gas forces of a table."""
     if not isinstance(problem, TunedDisk):
         raise fault("[structure]", 'must be a tuned disk, such as rig = "lumped_blisk"', type(problem).__name__)
-    given = in_si(table, units)
+    given = fields.in_si(table, units)
     influence = None if table.influence is None else _numbered(table.influence)
     stiffness = None if table.stiffness is None else [complex(*pair) for pair in table.stiffness]
     return problem.with_aerodynamics(
