@@ -146,7 +146,7 @@ def test_a_study_goes_up_and_down_beside_the_harmonic_balance(tmp_path):
     steady = ss.forced_response(slider(1.0), order, 4.0, harmonics=9).dataset["amplitude"].values[0]
     np.testing.assert_allclose(data["balance_amplitude"].values, steady, rtol=1e-9)
     assert [(way, run.tolist()) for way, run in ways(data)] == [("upwards", [0, 1]), ("downwards", [1, 2])]
-    assert [each.step for each in highest(data)] == [
+    assert [step for _, _, step in highest(data)] == [
         int(np.argmax(own["amplitude"].values[:2])),
         1 + int(np.argmax(own["amplitude"].values[1:])),
     ]
