@@ -8,12 +8,11 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.mistuning.disk import blade_dofs, deviating_contacts
 from stickslip.analyses.mistuning.work import PopulationWork
-from stickslip.model.contact.point import contact_table
 from stickslip.solve.balance.balance import HarmonicBalance, PathCondition, Point
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.wheels.balance import WheelBalance, WheelResonances
-from stickslip.solve.wheels.tuned import Shapes, TunedWheel
+from stickslip.solve.wheels.tuned import Deviations, Shapes, TunedWheel
 
 SECTORS, MASSES, H, SAMPLES, LEVEL = 6, 16, 3, 60, 1.5
 BLADE = ["tip", *(f"{k}.x" for k in range(9, MASSES))]
@@ -58,11 +57,17 @@ def tuned():
     return TunedWheel(DISK, blade_dofs(DISK, BLADE), H, BAND, 3.0 * H * BAND[1] / (2.0 * np.pi))
 
 
-def wheel_balance(least=0.0):
+def own_of(given):
+    """What the wheel with deviations has of its own."""
+    missing = np.isin(np.arange(1, SECTORS + 1), given.missing)
+    contacts = deviating_contacts(DISK.contacts * SECTORS, given)
+    return Deviations(contacts, given.deviation("blade"), 1.0 + given.deviation("pull"), missing)
+
+
+def wheel_balance(least=0.0, given=DEVIATIONS):
     wheel = tuned()
     shapes = Shapes(wheel, wheel.shapes(least) if least else np.eye(wheel.stiffness.size))
-    table = contact_table(deviating_contacts(DISK.contacts * SECTORS, DEVIATIONS))
-    return WheelBalance(wheel, shapes, SAMPLES, table, DEVIATIONS.deviation("blade"), 1.0 + DEVIATIONS.deviation("pull"))
+    return WheelBalance(wheel, shapes, SAMPLES, own_of(given))
 
 
 def whole_balance():
@@ -171,8 +176,8 @@ def test_the_tuned_wave_is_a_solution_of_the_tuned_wheel():
     sector = HarmonicBalance(DISK, H, SAMPLES)
     one = correct(sector, sector.stuck_point(omega, 0.3), fixed("omega", omega), iterations=40, halvings=12)
     assert one.converged
-    U, none = np.eye(wheel.stiffness.size), np.zeros(SECTORS)
-    balance = WheelBalance(wheel, Shapes(wheel, U), SAMPLES, contact_table(DISK.contacts * SECTORS), none, 1.0 + none)
+    U = np.eye(wheel.stiffness.size)
+    balance = WheelBalance(wheel, Shapes(wheel, U), SAMPLES, own_of(ss.Mistuning().of(SECTORS)))
     found = balance.evaluate(Point(wheel.wave(one.evaluation.point.forces, U), omega, 0.3))
     assert found.error < 1e-6
     expected = np.hypot(*one.evaluation.w[-1, 1:3])

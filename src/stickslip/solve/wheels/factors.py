@@ -52,7 +52,7 @@ class Preconditioner(NamedTuple):
         stiffness = []
         for h, near in balance.near:
             own = balance.modes.omega[near]
-            real, imaginary = np.diag(own**2 - (h * omega) ** 2), np.diag(2.0 * balance.wheel.ratio * own * h * omega)
+            real, imaginary = np.diag(own**2 - (h * omega) ** 2), h * omega * balance.losses[np.ix_(near, near)]
             stiffness.append(np.block([[real, imaginary], [-imaginary, real]]))
         columns = spread.reshape(balance.rows, balance.columns, -1)
         met = np.concatenate([shapes.T @ columns[:, part] for part, shapes in balance.resonant])
