@@ -17,7 +17,7 @@ from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blad
 from stickslip.analyses.settings import Execution, ForcedResponseSettings, MeasuredOutput, OfKind, Samples, Seed, Setting, Whole
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
 from stickslip.model.contact.point import Contact, SliderOffset
-from stickslip.model.disks.tuned import LARGE, REACH, FullDisk, TunedDisk, few_waves, loose_dofs, most_coordinates
+from stickslip.model.disks.tuned import LARGE, REACH, FullDisk, TunedDisk, few_waves, most_coordinates
 from stickslip.model.problem import Problem
 from stickslip.model.structure.matrices import ModalDamping
 from stickslip.model.structure.stress import COMPONENTS
@@ -31,7 +31,6 @@ from stickslip.solve.continuation.sweep import swept_curve
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.peaks.search import PeakSearch
 from stickslip.solve.wheels.curve import LEAST, Wheels
-from stickslip.solve.wheels.tuned import Deviations
 from stickslip.support.checks import Array, InputError, between, fault, of_kind
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
@@ -170,7 +169,7 @@ class PopulationWork(MeasuredOutput, Execution):
     @cached_property
     def by_sector(self) -> bool:
         """Whether each disk is solved sector by sector on few shapes of its contacts (`solve/wheels`): where all modes have one
-        damping ratio and no stress is asked for."""
+        damping ratio, every damper is there, and no stress is asked for."""
         disk, sweep, rule = self.tuned, self.sweep, self.tuned.structure.damping
         if (
             not isinstance(rule, ModalDamping)
@@ -179,9 +178,14 @@ class PopulationWork(MeasuredOutput, Execution):
             or not np.all(np.greater(rule.ratio, 0.0))
         ):
             return False
-        bodiless = (self.base.missing or self.scatter.missing) and not loose_dofs(disk)
         other = disk.speed is not None or disk.aerodynamics or disk.modes_to is not None or self.places or sweep.settings.listed
-        if other or bodiless or any(f.power for f in disk.forces) or not isinstance(sweep.harmonics, int):
+        if (
+            other
+            or self.base.missing
+            or self.scatter.missing
+            or any(f.power for f in disk.forces)
+            or not isinstance(sweep.harmonics, int)
+        ):
             return False
         try:
             return bool(self._shapes < len(disk.contact_stiffness))
@@ -274,18 +278,16 @@ class PopulationWork(MeasuredOutput, Execution):
 
     def _wheel(self, given: Mistuning, report: Report) -> Arrays:
         """Of a disk that is solved sector by sector."""
-        measure, N = self.sweep.measure, self.disk.sectors
-        contacts = deviating_contacts(self.started.contacts * N, given)
-        missing = np.isin(np.arange(1, N + 1), given.missing)
+        measure, blade, pull = self.sweep.measure, given.deviation("blade"), 1.0 + given.deviation("pull")
+        contacts = deviating_contacts(self.started.contacts * self.disk.sectors, given)
         try:
-            own = Deviations(contacts, given.deviation("blade"), 1.0 + given.deviation("pull"), missing)
-            found = self.wheels.curve(own, measure, self.peak_tolerance, report)
+            found = self.wheels.curve(blade, pull, contacts, measure, self.peak_tolerance, report)
         except LostCurveError as lost:
             raise LostCurveError(f"{lost} {LIFTING}") from None
         per, hertz, stress = (
             measure.per(self.sweep.levels[0]),
             0.5 / np.pi,
-            np.zeros((N, 0, len(SIZES) + len(COMPONENTS))),
+            np.zeros((blade.size, 0, len(SIZES) + len(COMPONENTS))),
         )
         arrays = {"frequency": hertz * found.omega, "amplitude": found.sizes / per, "peak": found.peak / per}
         message = Outcome.CONVERGED.sentence

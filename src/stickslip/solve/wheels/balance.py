@@ -3,20 +3,18 @@
 The forces of a `Point` are μ (N r, 2H+1) and its motions z and the outputs (N r + N outputs, 2H+1), so that continuation and
 searches of peaks take a wheel as they take any other balance. The contact laws see the contacts themselves, √K_c w = U z, and
 λ̂ of each sector is brought back to its shapes. K_c is that of the tuned disk: where contacts have springs K_c + ΔK of their own,
-λ̂ = F − K_c w = (F − (K_c + ΔK) w) + ΔK w, of which their table gives the first part. A missing damper has no contacts,
-λ̂ = −K_c w, and none of its loads.
+λ̂ = F − K_c w = (F − (K_c + ΔK) w) + ΔK w, of which their table gives the first part.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
-from stickslip.model.contact.point import ContactTable, contact_table, stuck_stiffness
-from stickslip.model.structure.cyclic import circulant
+from stickslip.model.contact.point import Contact, ContactTable, contact_table, stuck_stiffness
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Parameter, PathCondition, Point
 from stickslip.solve.balance.contact_forces import compile_contact_forces
 from stickslip.solve.balance.fourier import Fourier, complex_harmonics, fourier, real_harmonics
@@ -24,22 +22,19 @@ from stickslip.solve.balance.resonances import Limit, Resonances, contacts_and_o
 from stickslip.solve.balance.system import Direction, State
 from stickslip.solve.wheels.contact_answer import contact_answer
 from stickslip.solve.wheels.factors import WheelFactors
-from stickslip.solve.wheels.tuned import NEAR, Complex, Deviations, Shapes, TunedWheel
+from stickslip.solve.wheels.tuned import NEAR, Complex, Shapes, TunedWheel
 from stickslip.support.checks import Array, Index
 
 TANGENT = 1e-4
 """Relative accuracy of directions along a curve: they are slopes of searches of peaks to as much."""
 
-HANGING = 1e-4
-"""Share of its springs on which a missing damper hangs in the mean, so that its position is determined: blades feel as little,
-and it is far above the rounding of Newton's systems, 1e-7."""
-
 
 class At(NamedTuple):
-    """Linear parts at one frequency: gains of the modes, (k, H+1), or (H+1, k, k) where damping couples them; what the modes
-    above add by μ (H+1, N, r + outputs, r) and by the load (H+1, N, r + outputs), and the derivatives of both by ω."""
+    """Linear parts at one frequency: gains of the modes (k, H+1) and their derivatives by ω; what the modes above add by μ
+    (H+1, N, r + outputs, r) and by the load (H+1, N, r + outputs), and the derivatives of both."""
 
     gains: Complex
+    slopes: Complex
     by_forces: Complex
     by_load: Complex
     forces_slope: Complex
@@ -47,44 +42,31 @@ class At(NamedTuple):
 
 
 class WheelBalance(HarmonicBalance):
-    """One wheel on shapes."""
+    """One wheel on shapes; contacts: of one sector after the other; blade, pull: deviations of blade frequencies and factors of
+    static loads, (N,)."""
 
-    def __init__(self, wheel: TunedWheel, shapes: Shapes, samples: int, given: Deviations) -> None:
-        self.wheel, self.shapes, self.problem, self._table = wheel, shapes, wheel.disk, contact_table(given.contacts)
+    def __init__(
+        self, wheel: TunedWheel, shapes: Shapes, samples: int, contacts: Sequence[Contact], blade: Array, pull: Array
+    ) -> None:
+        table = contact_table(contacts)
+        self.wheel, self.shapes, self.problem, self._table = wheel, shapes, wheel.disk, table
         self.highest = self.harmonics = H = wheel.highest
         self.columns, self.rows = 2 * H + 1, wheel.sectors * shapes.size
         self.kept, self.dropped = np.arange(self.columns), np.arange(0)
         self._fourier = fourier(H, samples)
-        table = self._table
         compile_contact_forces(table)
-        self.modes = wheel.ritz(given, shapes.U)
-        self.pulled = np.einsum("kn,knz->nz", np.fft.ifft(given.pulls), shapes.ends[0].by_pull)
+        self.modes = wheel.ritz(blade, pull, shapes.U)
+        self.pull = np.fft.ifft(pull)
         self.scaled = shapes.U / np.sqrt(wheel.stiffness)[:, None]
-        tuned, self.missing = np.tile(wheel.stiffness, wheel.sectors), np.repeat(given.missing, len(shapes.U))
-        stiffer = np.where(self.missing, 0.0, stuck_stiffness(given.contacts)) - tuned
-        self.stiffer = np.repeat(stiffer[:, None], self.columns, axis=1)
-        self.stiffer[self.missing, 0] *= 1.0 - HANGING
-        self.own_omega, self.own_modes = self._own_modes(stiffer)
-        self.losses = 2.0 * wheel.ratio * (self.own_modes * self.own_omega) @ self.own_modes.T
         self.near = [
             (h, np.flatnonzero(np.abs(1.0 - (h * wheel.middle / self.modes.omega) ** 2) < NEAR)) for h in range(1, H + 1)
         ]
-        contacts = self.modes.contacts.astype(np.float32)
-        self.resonant = [(part, np.ascontiguousarray(contacts[:, k])) for h, k in self.near for part in (2 * h - 1, 2 * h)]
+        self.stiffer = stuck_stiffness(contacts) - np.tile(wheel.stiffness, wheel.sectors)
+        moved = self.modes.contacts.astype(np.float32)
+        self.resonant = [(part, np.ascontiguousarray(moved[:, k])) for h, k in self.near for part in (2 * h - 1, 2 * h)]
         own = np.arange(len(shapes.U))
         self.pairs = [self._pairs(other[: own.size]) for other in (own, table.loading_row, table.partner_row)]
         self._at: tuple[float, At] | None = None
-
-    def _own_modes(self, stiffer: Array) -> tuple[Array, Array]:
-        """ω (k,) of the wheel stuck with its own springs, and its modes (k, k) in the Ritz modes; these have the ratio."""
-        omega, P, U, N = self.modes.omega, self.modes.contacts, self.scaled, self.wheel.sectors
-        if not stiffer.any():
-            return omega, np.eye(omega.size)
-        S = linalg.block_diag(*(U.T @ (stiffer.reshape(N, -1, 1) * U)))
-        above = sum(0.5 * end.by_forces[1, : N // 2 + 1, : len(S) // N] for end in self.shapes.ends)
-        change = P.T @ S @ np.linalg.solve(np.eye(len(S)) + circulant(above, N) @ S, P)
-        squares, V = np.linalg.eigh(np.diag(omega**2) + 0.5 * (change + change.T))
-        return np.sqrt(np.maximum(squares, 0.0)), V
 
     def _pairs(self, other: Index) -> NDArray[np.float32]:
         """What the derivative of a row by another one counts for between two shapes, (r², rows); other (rows,), −1 for none."""
@@ -113,15 +95,13 @@ class WheelBalance(HarmonicBalance):
     def at(self, omega: float) -> At:
         """The linear parts at a frequency; the last ones are kept."""
         if self._at is None or self._at[0] != omega:
-            h, k = np.arange(self.highest + 1), self.modes.omega.size
-            stiffness = self.modes.omega[:, None] ** 2 - (h * omega) ** 2
-            gains = 1.0 / (stiffness + 1j * h * omega * self.losses.diagonal()[:, None])
-            if self.stiffer.any():
-                gains = np.linalg.inv(stiffness.T[:, None] * np.eye(k) + 1j * h[:, None, None] * omega * self.losses)
+            own, h, zeta = self.modes.omega[:, None], np.arange(self.highest + 1), self.wheel.ratio
+            gains = 1.0 / (own**2 - (h * omega) ** 2 + 2j * zeta * own * h * omega)
+            slopes = gains**2 * (2.0 * h**2 * omega - 2j * zeta * own * h)
             low, high = (end**2 for end in self.wheel.band)
             share, rate = (omega**2 - low) / (high - low), 2.0 * omega / (high - low)
             parts = [((1.0 - share) * a + share * b, rate * (b - a)) for a, b in zip(*self.shapes.ends, strict=True)]
-            self._at = omega, At(gains, parts[0][0], parts[1][0], parts[0][1], parts[1][1])
+            self._at = omega, At(gains, slopes, parts[0][0], parts[1][0], parts[0][1], parts[1][1])
         return self._at[1]
 
     def _moved(self, modal: Complex, waves: Complex) -> Array:
@@ -146,12 +126,8 @@ class WheelBalance(HarmonicBalance):
             waves[h, n] = level * by_load[h, n]
         return waves
 
-    def _driven_modes(self, gains: Complex, modal: Complex) -> Complex:
-        """Amplitudes (k, H+1) of the modes under modal forces (k, H+1)."""
-        return gains * modal if gains.ndim == 2 else np.asarray((gains @ modal.T[..., None])[..., 0].T)
-
     def _amplitudes(self, gains: Complex, modal: Complex) -> Complex:
-        found = self._driven_modes(gains, modal)
+        found = gains * modal
         found[:, 0] = self.modes.held @ modal[:, 0]
         return np.asarray(found)
 
@@ -162,7 +138,7 @@ class WheelBalance(HarmonicBalance):
         modal += point.level * self.modes.driven
         modal[:, 0] += self.modes.static
         rest = (at.by_forces @ waves)[..., 0] + self._loaded(at.by_load, point.level)
-        rest[0] += self.pulled
+        rest[0] += self.pull[:, None] * at.by_load[0]
         return self._moved(self._amplitudes(at.gains, modal), rest)
 
     def change(self, forces: Array, omega: float) -> Array:
@@ -176,21 +152,15 @@ class WheelBalance(HarmonicBalance):
         at = self.at(point.omega)
         modal, waves = self._driven(point.forces)
         rest = (at.forces_slope @ waves)[..., 0] + self._loaded(at.load_slope, point.level)
-        h, moving = np.arange(self.highest + 1), self._driven_modes(at.gains, modal + point.level * self.modes.driven)
-        pushed = 2.0 * h**2 * point.omega * moving - 1j * h * (self.losses @ moving)
-        return self._moved(self._driven_modes(at.gains, pushed), rest)
+        return self._moved(at.slopes * (modal + point.level * self.modes.driven), rest)
 
     def evaluate(self, point: Point) -> Evaluation:
         """Motion, residual and the derivatives of the contacts themselves, which `WheelFactors` brings to the shapes."""
         N, c, w = self.wheel.sectors, self.columns, self.motion(point)
         contacts = (self.scaled @ w[: self.rows].reshape(N, -1, c)).reshape(-1, c)
-        answer = contact_answer(self.table, self.tables, contacts, point.omega)
-        if self.missing.any():
-            for part in answer:
-                part[self.missing[: len(part)]] = 0.0
-        target, unknown, own, coupling, cross, by_omega = answer
-        target += self.stiffer * contacts
-        own[:, np.arange(c), np.arange(c)] += self.stiffer
+        target, unknown, own, coupling, cross, by_omega = contact_answer(self.table, self.tables, contacts, point.omega)
+        target += self.stiffer[:, None] * contacts
+        own[:, np.arange(c), np.arange(c)] += self.stiffer[:, None]
         residual, by = (self._on_shapes(each) for each in (target, by_omega))
         residual = point.forces - residual
         carried = point.forces - residual + w[: self.rows]
@@ -222,14 +192,17 @@ class WheelBalance(HarmonicBalance):
 
 
 class WheelResonances(Resonances):
-    """Natural frequencies of the wheel stuck with its own springs over h, from its Ritz modes."""
+    """Natural frequencies over h of the wheel stuck with its own springs, from its Ritz modes."""
 
     def __init__(self, balance: WheelBalance) -> None:
-        modes, omega, V = balance.modes, balance.own_omega, balance.own_modes
-        held, ratios = np.ones(balance.rows, dtype=bool), np.full(omega.size, balance.wheel.ratio)
+        modes, N, k = balance.modes, balance.wheel.sectors, balance.modes.omega.size
+        moved = balance.scaled @ modes.contacts.reshape(N, -1, k)
+        K = np.diag(modes.omega**2) + np.einsum("jrk,jr,jrl->kl", moved, balance.stiffer.reshape(N, -1), moved, optimize=True)
+        squares, V = np.linalg.eigh(K)
+        omega, ratios, held = np.sqrt(squares), np.full(k, balance.wheel.ratio), np.ones(balance.rows, dtype=bool)
         sizes, load = contacts_and_outputs((modes.motion @ V) ** 2, balance.rows), real_harmonics(V.T @ modes.driven)[None]
         self.limits = [Limit(held, omega, ratios, modes.contacts @ V, sizes, load)]
-        harmonic, mode = (each.ravel() for each in np.mgrid[1 : balance.highest + 1, 0 : omega.size])
+        harmonic, mode = (each.ravel() for each in np.mgrid[1 : balance.highest + 1, 0:k])
         self._arrange(omega[mode] / harmonic, harmonic, balance.wheel.ratio * omega[mode] / harmonic, 0 * mode, mode)
 
     def where_stuck(self, unknown: Index) -> None:

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.energy import cycle_work
@@ -23,7 +24,7 @@ from stickslip.solve.peaks.climb import NoPeakError, PeakSolver
 from stickslip.solve.peaks.search import PeakSearch, Unproven
 from stickslip.solve.wheels.balance import WheelBalance
 from stickslip.solve.wheels.newton import correct_wheel
-from stickslip.solve.wheels.tuned import Deviations, Shapes, TunedWheel
+from stickslip.solve.wheels.tuned import Shapes, TunedWheel
 from stickslip.support.checks import Array
 
 PATH, TOP = 5e-3, 5e-4
@@ -79,14 +80,18 @@ class Wheels:
 
     def curve(
         self,
-        given: Deviations,
+        blade: Array,
+        pull: Array,
+        contacts: Sequence[Contact],
         measure: Measure,
         tolerance: float,
         report: Callable[[float], None] = lambda share: None,
     ) -> WheelCurve:
-        """One wheel. tolerance: relative, of the highest peak. Raises `LostCurveError` where the curve does not cross the band.
+        """The wheel with deviations of its blade frequencies (N,), factors of its static loads (N,), and contacts of all sectors.
+
+        tolerance: relative, of the highest peak. Raises `LostCurveError` where the curve does not cross the band.
         """
-        balance = WheelBalance(self.tuned, self.few, self.samples, given)
+        balance = WheelBalance(self.tuned, self.few, self.samples, contacts, blade, pull)
         points = self._traced(balance, report)
         search = PeakSearch(balance, points, SEARCHED * tolerance, band=self.tuned.band)
         omega, sizes = np.array([p.point.omega for p in points]), np.array([_sizes(balance, p, measure) for p in points])
@@ -101,7 +106,7 @@ class Wheels:
                 if size > peak[b] and search.holds(place.point.omega):
                     peak[b], best[b] = size, place
         omegas = np.array([each.point.omega for each in best])
-        finer = WheelBalance(self.tuned, self.more, self.samples, given)
+        finer = WheelBalance(self.tuned, self.more, self.samples, contacts, blade, pull)
         climbed = {}
         for b in np.flatnonzero(peak >= (1.0 - CLOSE) * peak.max()).tolist():
             climbed[b] = self._climbed(finer, best[b].point, b, measure, tolerance)

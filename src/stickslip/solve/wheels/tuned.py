@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.model.contact.point import Contact
-from stickslip.model.disks.tuned import TunedDisk, blade_motion, loose_dofs
+from stickslip.model.disks.tuned import TunedDisk, blade_motion
 from stickslip.model.structure.cyclic import circulant, of_all_sectors
 from stickslip.model.structure.matrices import ModalDamping
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
@@ -30,21 +29,6 @@ Complex = NDArray[np.complex128]
 
 NEAR = 0.3
 """A mode is resonant at harmonic h where |1 − (hω/ω_k)²| is smaller: Newton's systems are then solved with it, not after it."""
-
-
-class Deviations(NamedTuple):
-    """What one wheel has of its own: contacts of all sectors, one sector after the other; deviations of blade frequencies,
-    factors of static loads, and whether the damper is missing, each (N,)."""
-
-    contacts: Sequence[Contact]
-    blade: Array
-    pull: Array
-    missing: NDArray[np.bool_]
-
-    @property
-    def pulls(self) -> Array:
-        """Factors of the static loads on the rest of each sector and on its damper, (2, N)."""
-        return np.array([self.pull, np.where(self.missing, 0.0, self.pull)])
 
 
 class Ritz(NamedTuple):
@@ -61,18 +45,16 @@ class Ritz(NamedTuple):
 
 class Residual(NamedTuple):
     """What the modes above the Ritz basis add at one frequency, for nodal diameters 0..N−1: to z and outputs by μ, (H+1, N, r +
-    outputs, r), by the harmonic load at level one, (H+1, N, r + outputs), and by the static loads on the rest of the sector and
-    on its damper, (2, N, r + outputs)."""
+    outputs, r), and by the load at level one, (H+1, N, r + outputs)."""
 
     by_forces: Complex
     by_load: Complex
-    by_pull: Complex
 
 
 class _Wave(NamedTuple):
     """A nodal diameter: squares ω_k² (m,); in its modes (.., m): motion of the contacts, scaled by √K_c, and of the outputs;
     loads, mean springs, and how the blade bends; K_bb of the blade; on the mean springs: receptance of this motion to the
-    contacts (rows + outputs, rows) and what the static loads move (rows + outputs, 2)."""
+    contacts (rows + outputs, rows) and what the static load moves (rows + outputs,)."""
 
     squares: Array
     motion: Complex
@@ -93,9 +75,9 @@ class _Wave(NamedTuple):
         directions = disk.structure.rows([spring.direction for spring in disk.mean_springs]).reshape(-1, len(M))
         springs = np.sqrt([spring.stiffness for spring in disk.mean_springs])[:, None] * directions
         bent, K_bb = blade_motion(disk, n, blade)
-        moved = rows @ linalg.solve(K + springs.T @ springs, np.column_stack([scaled.conj().T, loads[:2].T]))
+        moved = rows @ linalg.solve(K + springs.T @ springs, np.column_stack([scaled.conj().T, loads[0]]))
         motion, load, spring, bend = (np.asarray(part @ modes, dtype=complex) for part in (rows, loads, springs, bent))
-        return cls(np.asarray(squares, dtype=float), motion, load, spring, bend, K_bb, moved[:, :-2], moved[:, -2:])
+        return cls(np.asarray(squares, dtype=float), motion, load, spring, bend, K_bb, moved[:, :-1], moved[:, -1])
 
 
 class TunedWheel:
@@ -106,8 +88,7 @@ class TunedWheel:
         self.sectors, self.stiffness, self.outputs = disk.sectors, disk.contact_stiffness, len(disk.outputs)
         self.ratio = float(np.asarray(damping_of(disk).ratio))
         self.middle = 0.5 * sum(band)
-        on_damper = disk.static_load * np.isin(disk.structure.dofs, loose_dofs(disk))
-        loads = np.array([disk.static_load - on_damper, on_damper, *disk.load_powers(harmonics)[0].T[1:]])
+        loads = np.array([disk.static_load, *disk.load_powers(harmonics)[0].T[1:]])
         waves = [_Wave.of(disk, n, blade, loads) for n in range(self.sectors // 2 + 1)]
         self.families = p = max(int(np.count_nonzero(wave.squares <= (2.0 * np.pi * modes_to) ** 2)) for wave in waves)
         self.waves = _Wave(*(_every(np.array(parts), self.sectors) for parts in zip(*waves, strict=True)))
@@ -135,23 +116,23 @@ class TunedWheel:
             columns += [np.sqrt(pair / N) * part for part in (turned.real, turned.imag)[:pair]]
         return np.concatenate(columns, axis=2)
 
-    def ritz(self, given: Deviations, U: Array) -> Ritz:
-        """Modes of a wheel on shapes U, its contacts stuck with the springs of the tuned disk."""
-        S = 1.0 + np.repeat(given.blade, len(self.K_bb) // self.sectors)
+    def ritz(self, blade: Array, pull: Array, U: Array) -> Ritz:
+        """Modes of a wheel on shapes U; blade, pull: deviations of blade frequencies and factors of static loads, (N,)."""
+        S = 1.0 + np.repeat(blade, len(self.K_bb) // self.sectors)
         drive = ((S[:, None] * S - 1.0) * self.K_bb) @ self.bend
         K = np.diag(self.squares) + self.bend.T @ drive - drive.T @ self.bending @ drive
         squares, V = linalg.eigh(0.5 * (K + K.T))
         moved = (self.basis - (self.by_bending @ drive).reshape(self.basis.shape)) @ V
         N, rows, (contacts, end) = self.sectors, len(U), (len(U), len(U) + self.outputs)
-        loads, springs = np.split(moved[:, end:], [2 * self.highest + 2], axis=1)
+        loads, springs = moved[:, end : end + 2 * self.highest + 1], moved[:, end + 2 * self.highest + 1 :]
         motion = np.vstack([(U.T @ moved[:, :contacts]).reshape(-1, squares.size), moved[:, rows:end].reshape(-1, squares.size)])
         driven = np.zeros((squares.size, self.highest + 1), dtype=complex)
         for h in range(1, self.highest + 1):
-            driven[:, h] = self.turns(h) @ (loads[:, 2 * h] - 1j * loads[:, 2 * h + 1])
+            driven[:, h] = self.turns(h) @ (loads[:, 2 * h - 1] - 1j * loads[:, 2 * h])
         springs = springs.reshape(-1, squares.size)
         held = linalg.inv(np.diag(squares) + springs.T @ springs)
         on_contacts = np.ascontiguousarray(motion[: N * U.shape[1]])
-        return Ritz(np.sqrt(squares), on_contacts, motion, driven, np.einsum("kj,jkm->m", given.pulls, loads[:, :2]), held)
+        return Ritz(np.sqrt(squares), on_contacts, motion, driven, pull @ loads[:, 0], held)
 
     def turns(self, harmonic: int) -> Complex:
         """exp(−2πi h EO j/N) of the sectors, (N,)."""
@@ -188,14 +169,14 @@ class TunedWheel:
         held = A[:, :, :p] @ np.linalg.inv(between + self.waves.squares[:, :p, None] * np.eye(p))
         by_forces[0] = self.static(U) - held @ A[:, :r, :p].conj().swapaxes(1, 2)
         moved = self.waves.by_static_load
-        by_pull = np.concatenate([U.T @ moved[:, : len(U)], moved[:, len(U) :]], axis=1)
-        by_pull -= held @ loads[:, :2, :p].conj().swapaxes(1, 2)
+        whole = np.concatenate([moved[:, : len(U)] @ U, moved[:, len(U) :]], axis=1)
+        by_load[0] = whole - (held @ loads[:, 0, :p, None].conj())[..., 0]
         for h in range(1, self.highest + 1):
             above = A[:, :, p:] * self.gains(h, omega)[:, None, p:]
             by_forces[h] = above @ A[:, :r, p:].conj().swapaxes(1, 2)
-            load = loads[:, 2 * h].conj() - 1j * loads[:, 2 * h + 1].conj()
+            load = loads[:, 2 * h - 1].conj() - 1j * loads[:, 2 * h].conj()
             by_load[h] = (above @ load[:, p:, None])[..., 0]
-        return Residual(by_forces, by_load, by_pull.transpose(2, 0, 1))
+        return Residual(by_forces, by_load)
 
     def static(self, U: Array) -> Complex:
         """Static receptance of z and outputs to μ on the mean springs, (N, r + outputs, r)."""
