@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from stickslip.model.contact.point import Contact, ContactTable, contact_table, stuck_stiffness
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.solve.balance.contact_forces import compile_contact_forces
+from stickslip.solve.balance.contact_forces import compile_contact_forces, contact_answer
 from stickslip.solve.balance.fourier import Fourier, complex_harmonics, fourier, real_harmonics
 from stickslip.solve.balance.resonances import Limit, Resonances, contacts_and_outputs
 from stickslip.solve.balance.system import Direction, State
-from stickslip.solve.wheels.contact_answer import contact_answer
 from stickslip.solve.wheels.factors import WheelFactors
 from stickslip.solve.wheels.tuned import NEAR, Complex, Shapes, TunedWheel
 from stickslip.support.checks import Array, Index
