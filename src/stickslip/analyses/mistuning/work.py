@@ -179,13 +179,8 @@ class PopulationWork(MeasuredOutput, Execution):
         ):
             return False
         other = disk.speed is not None or disk.aerodynamics or disk.modes_to is not None or self.places or sweep.settings.listed
-        if (
-            other
-            or self.base.missing
-            or self.scatter.missing
-            or any(f.power for f in disk.forces)
-            or not isinstance(sweep.harmonics, int)
-        ):
+        lacking = self.base.missing or self.scatter.missing
+        if other or lacking or any(f.power for f in disk.forces) or not isinstance(sweep.harmonics, int):
             return False
         try:
             return bool(self._shapes < len(disk.contact_stiffness))
@@ -284,11 +279,8 @@ class PopulationWork(MeasuredOutput, Execution):
             found = self.wheels.curve(blade, pull, contacts, measure, self.peak_tolerance, report)
         except LostCurveError as lost:
             raise LostCurveError(f"{lost} {LIFTING}") from None
-        per, hertz, stress = (
-            measure.per(self.sweep.levels[0]),
-            0.5 / np.pi,
-            np.zeros((blade.size, 0, len(SIZES) + len(COMPONENTS))),
-        )
+        per, hertz = measure.per(self.sweep.levels[0]), 0.5 / np.pi
+        stress = np.zeros((blade.size, 0, len(SIZES) + len(COMPONENTS)))
         arrays = {"frequency": hertz * found.omega, "amplitude": found.sizes / per, "peak": found.peak / per}
         message = Outcome.CONVERGED.sentence
         if found.unproven:
