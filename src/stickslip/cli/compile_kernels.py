@@ -127,7 +127,7 @@ def answered(problem: Problem) -> None:
     import numpy as np
 
     from stickslip.solve.balance.balance import HarmonicBalance
-    from stickslip.solve.wheels.contact_answer import contact_answer
+    from stickslip.solve.balance.contact_forces import contact_answer
 
     balance = HarmonicBalance(problem, 3, 64)
     contact_answer(balance.table, balance.tables, np.zeros((balance.rows, balance.columns)), 1.0)

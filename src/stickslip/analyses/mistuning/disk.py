@@ -129,9 +129,6 @@ def mistuned_disk(
     where it is known, also on few coordinates (`few_waves`).
     """
     given = mistuning.of(disk.sectors)
-    for name in RELATIVE[1:4]:
-        if given.deviation(name).any() and not any(hasattr(contact.law, name) for contact in disk.contacts):
-            raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
     full = disk.full() if whole is None else whole
     parts = len(disk.contacts), len(disk.forces), len(disk.mean_springs)
     contacts = deviating_contacts(full.contacts, given)
@@ -152,6 +149,9 @@ def mistuned_disk(
 
 def deviating_contacts(contacts: Sequence[Contact], given: Mistuning) -> list[Contact]:
     """The contacts of all sectors, one sector after the other, with the deviations of their laws."""
+    for name in RELATIVE[1:4]:
+        if given.deviation(name).any() and not any(hasattr(contact.law, name) for contact in contacts):
+            raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
     found, each = [], len(contacts) // given.deviation("mu").size
     names = [(field, name) for name, fields in LAW_FIELDS.items() for field in fields]
     for k, contact in enumerate(contacts):

@@ -16,7 +16,7 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, deviating_contacts, mistuned_disk
 from stickslip.analyses.settings import Execution, ForcedResponseSettings, MeasuredOutput, OfKind, Samples, Seed, Setting, Whole
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
-from stickslip.model.contact.point import Contact, SliderOffset, contact_table
+from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.disks.tuned import LARGE, REACH, FullDisk, TunedDisk, few_waves, most_coordinates
 from stickslip.model.problem import Problem
 from stickslip.model.structure.matrices import ModalDamping
@@ -169,7 +169,7 @@ class PopulationWork(MeasuredOutput, Execution):
     @cached_property
     def by_sector(self) -> bool:
         """Whether each disk is solved sector by sector on few shapes of its contacts (`solve/wheels`): where all modes have one
-        damping ratio, blades, friction or pull deviate, and no stress is asked for."""
+        damping ratio, every damper is there, and no stress is asked for."""
         disk, sweep, rule = self.tuned, self.sweep, self.tuned.structure.damping
         if (
             not isinstance(rule, ModalDamping)
@@ -178,9 +178,9 @@ class PopulationWork(MeasuredOutput, Execution):
             or not np.all(np.greater(rule.ratio, 0.0))
         ):
             return False
-        deviating = (getattr(each, name) for each in (self.base, self.scatter) for name in ("kt", "kn", "missing"))
         other = disk.speed is not None or disk.aerodynamics or disk.modes_to is not None or self.places or sweep.settings.listed
-        if other or any(map(np.any, deviating)) or any(f.power for f in disk.forces) or not isinstance(sweep.harmonics, int):
+        lacking = self.base.missing or self.scatter.missing
+        if other or lacking or any(f.power for f in disk.forces) or not isinstance(sweep.harmonics, int):
             return False
         try:
             return bool(self._shapes < len(disk.contact_stiffness))
@@ -274,16 +274,13 @@ class PopulationWork(MeasuredOutput, Execution):
     def _wheel(self, given: Mistuning, report: Report) -> Arrays:
         """Of a disk that is solved sector by sector."""
         measure, blade, pull = self.sweep.measure, given.deviation("blade"), 1.0 + given.deviation("pull")
-        table = contact_table(deviating_contacts(self.started.contacts * self.disk.sectors, given))
+        contacts = deviating_contacts(self.started.contacts * self.disk.sectors, given)
         try:
-            found = self.wheels.curve(blade, pull, table, measure, self.peak_tolerance, report)
+            found = self.wheels.curve(blade, pull, contacts, measure, self.peak_tolerance, report)
         except LostCurveError as lost:
             raise LostCurveError(f"{lost} {LIFTING}") from None
-        per, hertz, stress = (
-            measure.per(self.sweep.levels[0]),
-            0.5 / np.pi,
-            np.zeros((blade.size, 0, len(SIZES) + len(COMPONENTS))),
-        )
+        per, hertz = measure.per(self.sweep.levels[0]), 0.5 / np.pi
+        stress = np.zeros((blade.size, 0, len(SIZES) + len(COMPONENTS)))
         arrays = {"frequency": hertz * found.omega, "amplitude": found.sizes / per, "peak": found.peak / per}
         message = Outcome.CONVERGED.sentence
         if found.unproven:

@@ -29,9 +29,9 @@ from stickslip.model.contact.protocol import (
 )
 from stickslip.solve.balance.fourier import Fourier, add_openings, add_product_sums, add_run, fourier, swing
 from stickslip.support.checks import Array, Index
-from stickslip.support.kernels import compiled, inlined, inner, kernel, separate
-from stickslip.support.kernels.arrays import empty_line, fill, zero_line, zero_numbers, zero_table
-from stickslip.support.kernels.views import view_of
+from stickslip.support.kernels import boxed, compiled, inlined, inner, kernel, separate
+from stickslip.support.kernels.arrays import empty_blocks, empty_line, empty_table, fill, zero_line, zero_numbers, zero_table
+from stickslip.support.kernels.views import view, view_of
 
 _LINE, _SQUARE, _BLOCKS, _PLACES = float64[::1], float64[:, ::1], float64[:, :, ::1], int64[::1]
 
@@ -94,6 +94,24 @@ def contact_forces(
                 unknown[r] = _friction_forces(
                     table, r, w[r], tables, table.normal_first[c], z, loads, slopes, target[r], own[r], normal[r]
                 )
+
+
+@kernel
+def contact_answer(
+    given: ContactTable, tables: Fourier, w: Array, omega: float
+) -> tuple[Array, Index, Array, Array, Array, Array]:
+    """λ̂ of contacts, their states and derivatives, as `contact_forces` fills them, for balances that stand in Python."""
+    table, forms, rows, columns = view(given), view(tables), w.shape[0], w.shape[1]
+    coupled = 0
+    for partner in table.partner_row:
+        if partner >= 0:
+            coupled = rows
+    target, unknown = empty_table(rows, columns), zero_numbers(rows)
+    own, coupling = empty_blocks(rows, columns, columns), empty_blocks(rows, columns, columns)
+    cross, by_omega = empty_blocks(coupled, columns, columns), zero_table(rows, columns)
+    coupling[:], cross[:] = 0.0, 0.0  # of normal rows, and of rows whose law couples nothing, it says nothing
+    contact_forces(table, forms, w, omega, target, unknown, own, coupling, cross, by_omega)
+    return boxed((target, unknown, own, coupling, cross, by_omega))
 
 
 @inner

@@ -2,9 +2,11 @@
 
 The forces of a `Point` are μ (N r, 2H+1) and its motions z and the outputs (N r + N outputs, 2H+1), so that continuation and
 searches of peaks take a wheel as they take any other balance. The contact laws see the contacts themselves, √K_c w = U z, and
-λ̂ of each sector is brought back to its shapes.
+λ̂ of each sector is brought back to its shapes. K_c is that of the tuned disk: where contacts have springs K_c + ΔK of their own,
+λ̂ = F − K_c w = (F − (K_c + ΔK) w) + ΔK w, of which their table gives the first part.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -12,13 +14,12 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.point import ContactTable
+from stickslip.model.contact.point import Contact, ContactTable, contact_table, stuck_stiffness
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.solve.balance.contact_forces import compile_contact_forces
+from stickslip.solve.balance.contact_forces import compile_contact_forces, contact_answer
 from stickslip.solve.balance.fourier import Fourier, complex_harmonics, fourier, real_harmonics
 from stickslip.solve.balance.resonances import Limit, Resonances, contacts_and_outputs
 from stickslip.solve.balance.system import Direction, State
-from stickslip.solve.wheels.contact_answer import contact_answer
 from stickslip.solve.wheels.factors import WheelFactors
 from stickslip.solve.wheels.tuned import NEAR, Complex, Shapes, TunedWheel
 from stickslip.support.checks import Array, Index
@@ -40,10 +41,13 @@ class At(NamedTuple):
 
 
 class WheelBalance(HarmonicBalance):
-    """One wheel on shapes; table: of the contacts of all sectors; blade, pull: deviations of blade frequencies and factors of
+    """One wheel on shapes; contacts: of one sector after the other; blade, pull: deviations of blade frequencies and factors of
     static loads, (N,)."""
 
-    def __init__(self, wheel: TunedWheel, shapes: Shapes, samples: int, table: ContactTable, blade: Array, pull: Array) -> None:
+    def __init__(
+        self, wheel: TunedWheel, shapes: Shapes, samples: int, contacts: Sequence[Contact], blade: Array, pull: Array
+    ) -> None:
+        table = contact_table(contacts)
         self.wheel, self.shapes, self.problem, self._table = wheel, shapes, wheel.disk, table
         self.highest = self.harmonics = H = wheel.highest
         self.columns, self.rows = 2 * H + 1, wheel.sectors * shapes.size
@@ -56,8 +60,9 @@ class WheelBalance(HarmonicBalance):
         self.near = [
             (h, np.flatnonzero(np.abs(1.0 - (h * wheel.middle / self.modes.omega) ** 2) < NEAR)) for h in range(1, H + 1)
         ]
-        contacts = self.modes.contacts.astype(np.float32)
-        self.resonant = [(part, np.ascontiguousarray(contacts[:, k])) for h, k in self.near for part in (2 * h - 1, 2 * h)]
+        self.stiffer = stuck_stiffness(contacts) - np.tile(wheel.stiffness, wheel.sectors)
+        moved = self.modes.contacts.astype(np.float32)
+        self.resonant = [(part, np.ascontiguousarray(moved[:, k])) for h, k in self.near for part in (2 * h - 1, 2 * h)]
         own = np.arange(len(shapes.U))
         self.pairs = [self._pairs(other[: own.size]) for other in (own, table.loading_row, table.partner_row)]
         self._at: tuple[float, At] | None = None
@@ -153,6 +158,8 @@ class WheelBalance(HarmonicBalance):
         N, c, w = self.wheel.sectors, self.columns, self.motion(point)
         contacts = (self.scaled @ w[: self.rows].reshape(N, -1, c)).reshape(-1, c)
         target, unknown, own, coupling, cross, by_omega = contact_answer(self.table, self.tables, contacts, point.omega)
+        target += self.stiffer[:, None] * contacts
+        own[:, np.arange(c), np.arange(c)] += self.stiffer[:, None]
         residual, by = (self._on_shapes(each) for each in (target, by_omega))
         residual = point.forces - residual
         carried = point.forces - residual + w[: self.rows]
@@ -184,16 +191,18 @@ class WheelBalance(HarmonicBalance):
 
 
 class WheelResonances(Resonances):
-    """Natural frequencies of the stuck wheel over h, from its Ritz modes."""
+    """Natural frequencies over h of the wheel stuck with its own springs, from its Ritz modes."""
 
     def __init__(self, balance: WheelBalance) -> None:
-        modes, held = balance.modes, np.ones(balance.rows, dtype=bool)
-        ratios = np.full(modes.omega.size, balance.wheel.ratio)
-        sizes = contacts_and_outputs(modes.motion**2, balance.rows)
-        load = real_harmonics(modes.driven)[None]
-        self.limits = [Limit(held, modes.omega, ratios, modes.contacts, sizes, load)]
-        harmonic, mode = (each.ravel() for each in np.mgrid[1 : balance.highest + 1, 0 : modes.omega.size])
-        self._arrange(modes.omega[mode] / harmonic, harmonic, balance.wheel.ratio * modes.omega[mode] / harmonic, 0 * mode, mode)
+        modes, N, k = balance.modes, balance.wheel.sectors, balance.modes.omega.size
+        moved = balance.scaled @ modes.contacts.reshape(N, -1, k)
+        K = np.diag(modes.omega**2) + np.einsum("jrk,jr,jrl->kl", moved, balance.stiffer.reshape(N, -1), moved, optimize=True)
+        squares, V = np.linalg.eigh(K)
+        omega, ratios, held = np.sqrt(squares), np.full(k, balance.wheel.ratio), np.ones(balance.rows, dtype=bool)
+        sizes, load = contacts_and_outputs((modes.motion @ V) ** 2, balance.rows), real_harmonics(V.T @ modes.driven)[None]
+        self.limits = [Limit(held, omega, ratios, modes.contacts @ V, sizes, load)]
+        harmonic, mode = (each.ravel() for each in np.mgrid[1 : balance.highest + 1, 0:k])
+        self._arrange(omega[mode] / harmonic, harmonic, balance.wheel.ratio * omega[mode] / harmonic, 0 * mode, mode)
 
     def where_stuck(self, unknown: Index) -> None:
         """Not known: the wheel is too large to be decomposed for each of its contact states."""

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stickslip.model.contact.point import ContactTable
+from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.energy import cycle_work
@@ -82,7 +82,7 @@ class Wheels:
         self,
         blade: Array,
         pull: Array,
-        table: ContactTable,
+        contacts: Sequence[Contact],
         measure: Measure,
         tolerance: float,
         report: Callable[[float], None] = lambda share: None,
@@ -91,7 +91,7 @@ class Wheels:
 
         tolerance: relative, of the highest peak. Raises `LostCurveError` where the curve does not cross the band.
         """
-        balance = WheelBalance(self.tuned, self.few, self.samples, table, blade, pull)
+        balance = WheelBalance(self.tuned, self.few, self.samples, contacts, blade, pull)
         points = self._traced(balance, report)
         search = PeakSearch(balance, points, SEARCHED * tolerance, band=self.tuned.band)
         omega, sizes = np.array([p.point.omega for p in points]), np.array([_sizes(balance, p, measure) for p in points])
@@ -106,7 +106,7 @@ class Wheels:
                 if size > peak[b] and search.holds(place.point.omega):
                     peak[b], best[b] = size, place
         omegas = np.array([each.point.omega for each in best])
-        finer = WheelBalance(self.tuned, self.more, self.samples, table, blade, pull)
+        finer = WheelBalance(self.tuned, self.more, self.samples, contacts, blade, pull)
         climbed = {}
         for b in np.flatnonzero(peak >= (1.0 - CLOSE) * peak.max()).tolist():
             climbed[b] = self._climbed(finer, best[b].point, b, measure, tolerance)

@@ -121,27 +121,18 @@ class WheelFactors:
         size, goal = float(np.linalg.norm(missed)), tolerance * float(np.linalg.norm(first.forces))
         if not size > goal:
             return first
-        basis, found, triangle = np.empty((MOST + 1, v.size)), [first], np.zeros((MOST + 1, MOST))
-        basis[0], turns, right = missed.ravel() / size, np.empty((MOST, 2)), np.zeros(MOST + 1)
-        right[0] = size
+        basis, found, products = np.empty((MOST + 1, v.size)), [first], np.zeros((MOST + 1, MOST))
+        basis[0] = missed.ravel() / size
         for k in range(MOST):
             found.append(self.estimate(basis[k].reshape(v.shape), 0.0))
-            following, column = self._applied(found[-1]).ravel(), triangle[:, k]
+            following, column = self._applied(found[-1]).ravel(), products[:, k]
             column[: k + 1] = basis[: k + 1] @ following
             following -= column[: k + 1] @ basis[: k + 1]
             column[k + 1] = np.linalg.norm(following)
             basis[k + 1] = following / max(column[k + 1], np.finfo(float).tiny)  # nothing is left where it is solved exactly
-            for i, (cosine, sine) in enumerate(turns[:k]):  # Givens' rotations
-                column[i], column[i + 1] = cosine * column[i] + sine * column[i + 1], cosine * column[i + 1] - sine * column[i]
-            height = np.hypot(*column[k : k + 2])
-            if height == 0.0:
-                raise linalg.LinAlgError("Singular matrix")
-            turns[k] = column[k : k + 2] / height
-            column[k], column[k + 1] = height, 0.0
-            right[k], right[k + 1] = turns[k] * (right[k], -right[k])
+            right, matrix = size * np.eye(k + 2)[0], products[: k + 2, : k + 1]
+            shares = linalg.lstsq(matrix, right, check_finite=False)[0]
             self.products = k + 1
-            if not abs(right[k + 1]) > goal:
+            if not np.linalg.norm(right - matrix @ shares) > goal:
                 break
-        count = self.products
-        shares = [1.0, *linalg.solve_triangular(triangle[:count, :count], right[:count], check_finite=False)]
-        return Change(*(sum(a * each[n] for a, each in zip(shares, found, strict=True)) for n in range(3)))
+        return Change(*(sum(a * each[n] for a, each in zip((1.0, *shares), found, strict=True)) for n in range(3)))

@@ -42,7 +42,7 @@ from numba.core.runtime.nrt import rtsys
 from stickslip.support.files import only_own_files, replacing
 
 FOLDERS = (
-    *("model/contact", "solve/balance", "solve/continuation", "solve/platforms", "solve/stability", "solve/time", "solve/wheels"),
+    *("model/contact", "solve/balance", "solve/continuation", "solve/platforms", "solve/stability", "solve/time"),
     "support/kernels",
 )
 """Those with kernels."""
