@@ -102,9 +102,9 @@ def test_a_universal_file_becomes_a_prediction_by_commands_alone(identified):
 def test_held_amplitudes_and_a_band(identified, tmp_path):
     folder, _ = identified
     options = (
-        "--displacement",
+        "--amplitude",
         "3",
-        "--displacement",
+        "--amplitude",
         "50",
         "--band",
         "0.15:0.2",
@@ -230,14 +230,11 @@ def test_results_without_a_study_are_refused(identified, tmp_path):
     assert "identify-response" in shown.output
 
 
-def test_levels_are_of_one_kind_and_of_the_measured_quantity(identified, tmp_path):
+def test_levels_are_of_one_kind(identified, tmp_path):
     folder, _ = identified
     wrong = {
-        ("--draws", "20"): "--force must be given, or --displacement for held amplitudes, --compare or --decay",
+        ("--draws", "20"): "--force must be given, or --amplitude for held amplitudes, --compare or --decay",
         ("--force", "1", "--amplitude", "2"): "--force and --amplitude must not be given together, but are: 1 and 2.",
-        ("--displacement", "1", "--velocity", "2"): "--velocity and --displacement must not be given together",
-        ("--velocity", "1"): "--velocity must be the quantity that was measured, --displacement, but is '1'. Give --displacement",
-        ("--acceleration", "1"): "Give --displacement, in m.",
     }
     for options, message in wrong.items():
         shown = command("predict", folder / "found", *options, "--out", tmp_path / "wrong")

@@ -359,9 +359,6 @@ def predict(
     amplitude: Annotated[
         Texts, Option(metavar="A", help="Held amplitudes of the measured quantity in place of force levels, in m/s², m/s or m.")
     ] = None,
-    acceleration: Annotated[Texts, Option(metavar="A", help="Held amplitudes in m/s², if accelerations were measured.")] = None,
-    velocity: Annotated[Texts, Option(metavar="V", help="Held amplitudes in m/s, if velocities were measured.")] = None,
-    displacement: Annotated[Texts, Option(metavar="U", help="Held amplitudes in m, if displacements were measured.")] = None,
     decay: Annotated[
         Texts,
         Option(
@@ -417,8 +414,7 @@ def predict(
     existing("--compare", compare or [])
     dataset = open_results(identification)
     document = document_in(dataset)
-    motions = {"amplitude": amplitude, "acceleration": acceleration, "velocity": velocity, "displacement": displacement}
-    options = {f"--{name}": given for name, given in {"force": force, **motions}.items() if given}
+    options = {option: given for option, given in (("--force", force), ("--amplitude", amplitude)) if given}
     values = pairs("--setting", setting or (), "pull=50")
     table: dict[str, Any] = {"identification": str(identification.resolve()), "draws": draws, "seed": seed}
     table |= {"settings": {name: number("--setting", value) for name, value in values.items()}, "start_states": start_states}
@@ -435,7 +431,7 @@ def predict(
     else:
         if mode is not None:
             raise InputError(f"--mode {mode} needs --decay.")
-        one_kind_of_level(options, bool(compare), str(dataset["quantity"].values[0]))
+        one_kind_of_level(options, bool(compare))
         given = [level for option, texts in options.items() for level in levels(option, texts)]
         table |= {"force" if force else "amplitude": given} | curves
     table = {key: value for key, value in table.items() if value not in (None, [], {})}
@@ -447,19 +443,13 @@ def predict(
     carry_out_one(job, place, resume, overwrite, figures, cores() if workers is None else workers)
 
 
-def one_kind_of_level(options: Mapping[str, list[str]], compared: bool, measured: str) -> None:
-    """Refuse levels of several options, of another quantity than the measured one, and none without curves that state them."""
+def one_kind_of_level(options: Mapping[str, list[str]], compared: bool) -> None:
+    """Refuse levels of both options, and none without curves that state them."""
     if len(options) > 1:
         given = " and ".join(", ".join(texts) for texts in options.values())
         raise InputError(f"{' and '.join(options)} must not be given together, but are: {given}. Give one of them.")
     if not options and not compared:
-        raise fault("--force", f"must be given, or --{measured} for held amplitudes, --compare or --decay", "none")
-    from stickslip.solve.balance.measure import quantity_named
-
-    for option in options:
-        if option not in ("--force", "--amplitude", f"--{measured}"):
-            remedy = f"Give --{measured}, in {quantity_named(measured)[0].units}."
-            raise fault(option, f"must be the quantity that was measured, --{measured}", ", ".join(options[option]), remedy)
+        raise fault("--force", "must be given, or --amplitude for held amplitudes, --compare or --decay", "none")
 
 
 def of_decay(given: list[str], units: Units) -> dict[str, Any]:
