@@ -163,7 +163,7 @@ def test_performance_curves_and_start_states_know_what_their_shapes_leave(whole,
 
 def test_curves_are_solved_again_with_the_shapes_of_their_own_forces(monkeypatch):
     """Where the first solutions have none, and an error of 1e-4 is not allowed: 30 times as stiff contacts."""
-    monkeypatch.setattr("stickslip.analyses.forced_response.ALLOWED", 1e-4)
+    monkeypatch.setattr("stickslip.analyses.truncation.ALLOWED", 1e-4)
     structure, contacts, *others = parts()
     stiff = [replace(each, law=replace(each.law, kt=30.0 * each.law.kt, kn=30.0 * each.law.kn)) for each in contacts]
     problem = meshed_problem(structure, stiff, *others, modes_to=4.0 * MODES_TO)
