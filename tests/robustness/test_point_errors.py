@@ -13,6 +13,8 @@ from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.truncation import beside
 
 FIRST, SEEDS, PLACES, MANY = 30100, 3, 20, 41
+SMOOTH = ("lift-off", 42000), ("start state", 42001), ("varying load", 42000), ("lift-off", 42001)
+HARD = ("lift-off", 42002), ("barely pressed", 42000)
 
 
 def stiffened(case, seed):
@@ -75,24 +77,26 @@ def test_automatic_harmonics_keep_the_tolerance_along_the_curve():
 
 def test_few_matrices_lead_where_each_its_own_leads(monkeypatch):
     """The way of many contacts, taken by few of Newton's matrices, arrives nearly as often, and nearly everywhere within 0.2 % of
-    the way; on three of these planes it meets another curve."""
-    ways, unsolved = [], truncation.Beside(None, None, None, None, False)
-    for kind, seed in (("lift-off", 42000), ("lift-off", 42002), ("start state", 42001), ("barely pressed", 42000)):
+    the way. Where contacts barely touch a plane may meet another curve; there, too, what arrives solves the equations."""
+    ways, unsolved = {}, truncation.Beside(None, None, None, None, False)
+    for kind, seed in (*SMOOTH, *HARD):
         case = random_case(kind, seed)
         response = ss.forced_response(case.problem, case.band, case.level, harmonics=3, samples=256)
         curve = response._solved_curve(0, 1)
         finer = finer_balance(curve.balance, 9, 1)
         for point in curve.points[:: len(curve.points) // 8]:
-            ways.append([])
+            pair = []
             for fewest in (np.inf, 0):
                 monkeypatch.setattr(truncation, "FEWEST_UNKNOWNS", fewest)
-                ways[-1].append(beside(finer, point.evaluation, point.across("omega"), unsolved))
-    assert len(ways) == 36
-    assert sum(few.solved for _, few in ways) >= 0.9 * sum(own.solved for own, _ in ways)
-    moves = [(own, few) for own, few in ways if np.linalg.norm(own.moved) > 1e-9 * np.linalg.norm(own.padded.w) and own.solved]
-    off = np.array([np.linalg.norm(few.moved - own.moved) / np.linalg.norm(own.moved) for own, few in moves])
+                pair.append(beside(finer, point.evaluation, point.across("omega"), unsolved))
+            ways.setdefault((kind, seed), []).append(pair)
+    assert all(few.evaluation.error <= 1e-3 * few.padded.error for each in ways.values() for _, few in each if few.solved)
+    smooth = [pair for each in SMOOTH for pair in ways[each] if pair[0].solved]
+    assert len(smooth) >= 30
+    solved = np.array([[own.solved, few.solved] for each in ways.values() for own, few in each]).sum(axis=0)
+    assert solved[1] >= 0.8 * solved[0]
+    moved = [(own, few) for own, few in smooth if few.solved and np.linalg.norm(own.moved) > 1e-9 * np.linalg.norm(own.padded.w)]
+    off = np.array([np.linalg.norm(few.moved - own.moved) / np.linalg.norm(own.moved) for own, few in moved])
     assert len(off) > 20
     assert not all(off == 0.0)
-    assert np.count_nonzero(off > 2e-3) <= 4
-    solved = [few.evaluation.error <= 1e-3 * few.padded.error for _, few in moves if few.solved]
-    assert all(solved)
+    assert np.count_nonzero(off > 2e-3) <= 2
