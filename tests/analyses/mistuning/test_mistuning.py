@@ -1,5 +1,7 @@
 """Mistuned disks: without deviation the tuned disk, closed forms of the blades, populations that do not depend on their order."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -283,3 +285,11 @@ def test_maxima_of_blades_are_those_of_the_quantity():
     assert np.sort(found.blade_peak.values[0]) == pytest.approx(np.sort(highest), rel=1e-5)
     assert found.blade_peak.attrs["units"] == "m/(s N)"
     assert float(found.tuned_peak) == pytest.approx(ss.forced_response(SIX, band, 0.4, 3, 48, **asked).peaks().rms[0], rel=1e-6)
+
+
+def test_a_deviation_meets_a_law_that_has_it():
+    """A slider under a constant load has no normal stiffness."""
+    disk = ss.rigs.lumped_blisk("W", sectors=6)
+    contacts = tuple(replace(each, law=ss.Macroslip(kt=1e3, mu=0.3, normal_load=1.0), normal=None) for each in disk.contacts)
+    with pytest.raises(ss.InputError, match="kn must meet a contact law that has it"):
+        ss.mistuned_disk(replace(disk, contacts=contacts), ss.Mistuning(kn=0.1))
