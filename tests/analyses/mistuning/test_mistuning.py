@@ -293,3 +293,5 @@ def test_a_deviation_meets_a_law_that_has_it():
     contacts = tuple(replace(each, law=ss.Macroslip(kt=1e3, mu=0.3, normal_load=1.0), normal=None) for each in disk.contacts)
     with pytest.raises(ss.InputError, match="kn must meet a contact law that has it"):
         ss.mistuned_disk(replace(disk, contacts=contacts), ss.Mistuning(kn=0.1))
+    with pytest.raises(ss.InputError, match="kn must meet a contact law that has it"):
+        PopulationWork(replace(disk, contacts=contacts), ss.hertz(140.0, 156.0), 1, ss.Scatter(kn=0.1))

@@ -147,11 +147,16 @@ def mistuned_disk(
     )
 
 
+def refuse_unmet(contacts: Sequence[Contact], names: Sequence[str]) -> None:
+    """Refuse deviations, by their names in `RELATIVE`, of what no contact law has."""
+    for name in RELATIVE[1:4]:
+        if name in names and not any(np.any(getattr(contact.law, name, None)) for contact in contacts):
+            raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
+
+
 def deviating_contacts(contacts: Sequence[Contact], given: Mistuning) -> list[Contact]:
     """The contacts of all sectors, one sector after the other, with the deviations of their laws."""
-    for name in RELATIVE[1:4]:
-        if given.deviation(name).any() and not any(np.any(getattr(contact.law, name, None)) for contact in contacts):
-            raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
+    refuse_unmet(contacts, [name for name in RELATIVE if given.deviation(name).any()])
     found, each = [], len(contacts) // given.deviation("mu").size
     names = [(field, name) for name, fields in LAW_FIELDS.items() for field in fields]
     for k, contact in enumerate(contacts):

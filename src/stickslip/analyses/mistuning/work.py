@@ -13,7 +13,15 @@ import numpy as np
 from numpy.linalg import LinAlgError
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, deviating_contacts, mistuned_disk
+from stickslip.analyses.mistuning.disk import (
+    RELATIVE,
+    Mistuning,
+    Scatter,
+    blade_dofs,
+    deviating_contacts,
+    mistuned_disk,
+    refuse_unmet,
+)
 from stickslip.analyses.settings import Execution, ForcedResponseSettings, MeasuredOutput, OfKind, Samples, Seed, Setting, Whole
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
 from stickslip.model.contact.point import Contact, SliderOffset
@@ -141,7 +149,9 @@ class PopulationWork(MeasuredOutput, Execution):
         if len(sweep.levels) != 1:
             raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
         object.__setattr__(self, "sweep", sweep)
-        _ = self.base, self.blade_dofs
+        drawn = [name for name in RELATIVE if getattr(self.scatter, name) or self.base.deviation(name).any()]
+        refuse_unmet(self.disk.contacts, drawn)
+        _ = self.blade_dofs
 
     @cached_property
     def base(self) -> Mistuning:
