@@ -11,8 +11,7 @@ from stickslip.analyses.harmonic_choice import sufficient_harmonics, watched
 from stickslip.model.loads import Output
 from stickslip.model.rigs import chain_of_three, lumped_blisk, single_blade, single_mass
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.continuation.finer_peak import resolved
-from stickslip.solve.continuation.truncation import truncation_at
+from stickslip.solve.continuation.truncation import resolved, truncation_at
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.peaks.climb import plane_at
 from stickslip.support.checks import InputError

@@ -15,8 +15,7 @@ from stickslip.show.report.conclusions import warnings_of
 from stickslip.show.report.responses import sentences
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.solve.continuation.finer_peak import resolved
-from stickslip.solve.continuation.truncation import beside, beyond_within
+from stickslip.solve.continuation.truncation import beside, beyond_within, resolved
 from stickslip.support.checks import in_percent
 from stickslip.support.outcome import Outcome
 

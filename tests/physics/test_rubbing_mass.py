@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.continuation import continuation, finer_peak
+from stickslip.solve.continuation import continuation, truncation
 
 FIRST = 2.0 * pi
 ALWAYS_SLIPS = hypot(1.0, 0.5 * pi)
@@ -97,10 +97,10 @@ def test_the_first_point_with_many_harmonics_is_that_of_the_ramp_and_takes_fewer
 def test_a_line_search_stops_where_damped_steps_do_not(monkeypatch):
     few = continuation.first_point(HarmonicBalance(rubbing_mass(), 9, 512), FIRST, 1.5)
     many = HarmonicBalance(rubbing_mass(), 27, 512)
-    assert finer_peak.resolved(many, few.evaluation).converged
-    assert not finer_peak.resolved(many, few.evaluation, steps=0).converged
-    monkeypatch.setattr(finer_peak, "_damped", lambda *_: None)
-    assert not finer_peak.resolved(many, few.evaluation).converged
+    assert truncation.resolved(many, few.evaluation).converged
+    assert not truncation.resolved(many, few.evaluation, steps=0).converged
+    monkeypatch.setattr(truncation, "_damped", lambda *_: None)
+    assert not truncation.resolved(many, few.evaluation).converged
 
 
 def test_a_balance_of_fewer_harmonics_keeps_lists_starts_and_periods():

@@ -9,8 +9,7 @@ import stickslip as ss
 from robustness.problems import CLASSES, random_case
 from stickslip.analyses.truncation import ALLOWED, finer_balance
 from stickslip.solve.continuation import truncation
-from stickslip.solve.continuation.finer_peak import resolved
-from stickslip.solve.continuation.truncation import beside
+from stickslip.solve.continuation.truncation import beside, resolved
 
 FIRST, SEEDS, PLACES, MANY = 30100, 3, 20, 41
 SMOOTH = ("lift-off", 42000), ("start state", 42001), ("varying load", 42000), ("lift-off", 42001)

@@ -18,8 +18,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.continuation.curve_points import CurvePoint
-from stickslip.solve.continuation.finer_peak import resolved
-from stickslip.solve.continuation.truncation import Truncation, beside, enough_beyond, truncation_at
+from stickslip.solve.continuation.truncation import Truncation, beside, enough_beyond, resolved, truncation_at
 from stickslip.solve.curves.curve import Curve, solve_curve
 from stickslip.solve.peaks.climb import plane_at
 from stickslip.solve.peaks.search import TOLERANCE

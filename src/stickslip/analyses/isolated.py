@@ -46,10 +46,10 @@ from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.continuation import solve_cold, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, Tangent, solve_at
-from stickslip.solve.continuation.finer_peak import pad, resolved
 from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.continuation.sweep import Followed, followed_both_ways
+from stickslip.solve.continuation.truncation import pad, resolved
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import SMALLEST, Array, counted
 from stickslip.support.late import xr

@@ -18,7 +18,7 @@ from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.runs.work import Progress
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.continuation.finer_peak import pad
+from stickslip.solve.continuation.truncation import pad
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
 

@@ -27,9 +27,8 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.curve_points import CurvePoint
-from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.interpolation import Interpolation
-from stickslip.solve.continuation.truncation import enough_beyond
+from stickslip.solve.continuation.truncation import enough_beyond, resolved
 from stickslip.solve.curves.curve import Curve
 from stickslip.solve.stability.judge import MOST_COORDINATES, Judge, Verdict
 from stickslip.solve.stability.multipliers import ROUNDING, TIMES_ERROR, Stability

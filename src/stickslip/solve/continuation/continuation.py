@@ -15,9 +15,9 @@ from stickslip.model.problem.at_rest import at_rest
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Parameter, PathCondition, Point
 from stickslip.solve.balance.system import Control
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, solve_at
-from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.steps import StepControl, Steps
+from stickslip.solve.continuation.truncation import resolved
 
 CLOSED = "The curve closed on itself."
 TURNED_BACK = "The curve turned back and left the band through its start."

@@ -1,15 +1,11 @@
-"""Solutions of a finer problem from those of a coarser one: on all modes (`Problem.truncated`), and with more harmonics.
+"""Solutions on all modes from those of a problem on fewer coordinates (`Problem.truncated`).
 
 With hundreds of contacts and modes Newton's matrix is too large to be factorised: 10 000 rows. But the matrix with the receptance
 of the few coordinates in place of all modes is nearly the same: what it lacks is the flexibility of the modes left out, a share
 of at most σ² of the compliance of the contacts. So its factors precondition GMRES, which ends after a few products, each a
 sum over contacts and modes (Newton-Krylov: D. A. Knoll, D. E. Keyes, J. Comput. Phys. 193 (2004) 357-397).
 
-The resonance of a finer problem may lie many half-widths beside the peak. A solution carried to more harmonics at the same
-frequency and level is padded with zeros, before Newton's method.
-
-Where contacts are stiff the Newton matrix is nearly singular in what slips: a step may be right and yet raise the residual, and a
-line search stops. Then steps are damped by their own length, which no scaling of the equations changes.
+The resonance of the finer problem may lie many half-widths beside the peak.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,7 +15,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
-from stickslip.solve.continuation.newton import CONDITION_TOLERANCE, FLOOR, Correction, correct, fixed
+from stickslip.solve.continuation.newton import CONDITION_TOLERANCE, fixed
 from stickslip.support.checks import Array
 
 ERROR = 1e-8
@@ -224,77 +220,3 @@ def _delayed(forces: Array, turn: float) -> Array:
         c, s = np.cos(h * turn), np.sin(h * turn)
         turned[:, 2 * h - 1], turned[:, 2 * h] = c * a + s * b, c * b - s * a
     return turned
-
-
-SHORTEST = 3e-3
-"""Share of a step that is taken whatever it does: kinks of friction lie so close that shorter ones do not get across. Of 3e-3,
-1e-2 and 1e-3, that with which most of 56 solutions of a rubbing mass were found, from 13 to 151 harmonics.
-"""
-
-STEPS = 200
-"""Damped steps before a solution is given up."""
-
-TINY = float(np.finfo(float).tiny)
-
-
-def pad(forces: Array, columns: int) -> Array:
-    """λ with more harmonics (zeros) or fewer."""
-    padded = np.zeros((forces.shape[0], columns))
-    kept = min(forces.shape[1], columns)
-    padded[:, :kept] = forces[:, :kept]
-    return padded
-
-
-def resolved(finer: HarmonicBalance, evaluation: Evaluation, steps: int = STEPS) -> Correction:
-    """The same point with the harmonics of `finer`, started from the padded solution; by way of half as many more harmonics where
-    it is not found at once."""
-    correction = _carried(finer, evaluation, steps)
-    known = (evaluation.point.forces.shape[1] - 1) // 2
-    half = (known + finer.highest) // 2
-    if correction.converged or half <= known:
-        return correction
-    between = _carried(finer.with_harmonics(half), evaluation, steps)
-    return _carried(finer, between.evaluation, steps) if between.converged else correction
-
-
-def _carried(finer: HarmonicBalance, evaluation: Evaluation, steps: int) -> Correction:
-    point = evaluation.point
-    start = Point(pad(point.forces, finer.columns), point.omega, point.level)
-    correction = correct(finer, start, fixed("omega", point.omega), iterations=30, halvings=10)
-    if correction.converged or correction.singular:
-        return correction
-    near = _damped(finer, start, steps)
-    return correction if near is None else correct(finer, near, fixed("omega", point.omega), iterations=30, halvings=10)
-
-
-@np.errstate(over="ignore")  # a step of a body that drifts may exceed all numbers: its length is infinite, and the search ends
-def _damped(balance: HarmonicBalance, start: Point, steps: int) -> Point | None:
-    """A point with a residual below `FLOOR` at the frequency and level of the start; None where the steps do not lead to one.
-
-    A share s of a step d is taken if the next step with the same matrix, d', is shorter than d. How much d' differs from
-    (1 − s) d, which it is where the residual is straight, says which share to try instead; how much it differs from the next step
-    with its own matrix, which share that begins with.
-    Source: P. Deuflhard, Newton Methods for Nonlinear Problems (2004), section 3.3.
-    """
-    condition, evaluation = fixed("omega", start.omega), balance.evaluate(start)
-    share, before, following = 1.0, 0.0, start.forces
-    for _ in range(steps):
-        if evaluation.error <= FLOOR:
-            return evaluation.point
-        factors = balance.factorise(evaluation, condition)
-        step = balance.newton_step(evaluation, condition, factors)[0]
-        length = float(np.linalg.norm(step))
-        if factors.orientation == 0.0 or not np.isfinite(length):
-            return None
-        if before:
-            straight = share * before * float(np.linalg.norm(following))
-            share = max(SHORTEST, straight / max(float(np.linalg.norm(following - step)) * length, straight, TINY))
-        while True:
-            trial = balance.evaluate(evaluation.point.moved(share * step, "omega", 0.0))
-            following = balance.newton_step(trial, condition, factors)[0]
-            if share <= SHORTEST or np.linalg.norm(following) < length:
-                break
-            bent = float(np.linalg.norm(following - (1.0 - share) * step))
-            share = max(SHORTEST, min(0.5 * share, 0.5 * length * share**2 / bent))
-        evaluation, before = trial, length
-    return None

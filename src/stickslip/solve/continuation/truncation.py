@@ -3,7 +3,12 @@
 Two small H can agree with each other and both be wrong: contact forces have harmonics that the solution drops, and where one of
 them falls on a mode of the dampers it matters. Newton's method starts from the solution padded with zeros and ends on a plane
 across the curve, so that it is regular at folds and measures how far the two curves are apart, not how far a resonance has
-shifted.
+shifted; or, where it carries a solution to more harmonics (`resolved`), at the same frequency.
+
+Where contacts are stiff the Newton matrix is nearly singular in what slips: a step may be right and yet raise the residual, and a
+line search stops. Then steps are damped by their own length, which no scaling of the equations changes: `_damped` with a matrix
+at each step, `_by_few_matrices` where a matrix costs far more than the rest of a step.
+Source: P. Deuflhard, Newton Methods for Nonlinear Problems (2004), sections 2.1.2 and 3.3.
 """
 
 from dataclasses import dataclass, replace
@@ -16,8 +21,7 @@ from stickslip.model.contact.protocol import SLIPPING
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.balance.newton_matrix import FEWEST_UNKNOWNS
-from stickslip.solve.continuation.finer_peak import pad, resolved
-from stickslip.solve.continuation.newton import correct
+from stickslip.solve.continuation.newton import FLOOR, Correction, correct, fixed
 from stickslip.support.checks import Array
 
 MARGIN = 16
@@ -39,9 +43,16 @@ DETOUR = 60
 ACCURATE = 1e-3
 """Share of the way to the finer curve to which it is known where few matrices lead there."""
 
-MATRICES, SHORTEST = 10, 0.01
-"""Of Newton's matrices so many are tried, and steps down to this share of his: of 19 hard points of a blade root that arrived 18
-took at most nine."""
+MATRICES = 10
+"""So many of Newton's matrices are tried: of 19 hard points of a blade root that arrived 18 took at most nine."""
+
+SHORTEST = 3e-3
+"""Share of a step that is taken whatever it does: kinks of friction lie so close that shorter ones do not get across. Of 3e-3,
+1e-2 and 1e-3, that with which most of 56 solutions of a rubbing mass were found, from 13 to 151 harmonics.
+"""
+
+STEPS = 200
+"""Damped steps before a solution is given up."""
 
 TINY = float(np.finfo(float).tiny)
 
@@ -76,6 +87,68 @@ def moving(w: Array, rows: int, counted: slice) -> tuple[Array, NDArray[np.bool_
     """The sizes of outputs in the counted columns, and which of them move by more than rounding."""
     sizes, whole = np.linalg.norm(w[rows:, counted], axis=1), np.linalg.norm(w[:, 1:], axis=1)
     return sizes, sizes > max(AT_REST * whole[rows:].max(initial=0.0), ROUNDING * whole.max(initial=0.0))
+
+
+def pad(forces: Array, columns: int) -> Array:
+    """λ with more harmonics (zeros) or fewer."""
+    padded = np.zeros((forces.shape[0], columns))
+    kept = min(forces.shape[1], columns)
+    padded[:, :kept] = forces[:, :kept]
+    return padded
+
+
+def resolved(finer: HarmonicBalance, evaluation: Evaluation, steps: int = STEPS) -> Correction:
+    """The same point with the harmonics of `finer`, started from the padded solution; by way of half as many more harmonics where
+    it is not found at once."""
+    correction = _carried(finer, evaluation, steps)
+    known = (evaluation.point.forces.shape[1] - 1) // 2
+    half = (known + finer.highest) // 2
+    if correction.converged or half <= known:
+        return correction
+    between = _carried(finer.with_harmonics(half), evaluation, steps)
+    return _carried(finer, between.evaluation, steps) if between.converged else correction
+
+
+def _carried(finer: HarmonicBalance, evaluation: Evaluation, steps: int) -> Correction:
+    point = evaluation.point
+    start = Point(pad(point.forces, finer.columns), point.omega, point.level)
+    correction = correct(finer, start, fixed("omega", point.omega), iterations=30, halvings=10)
+    if correction.converged or correction.singular:
+        return correction
+    near = _damped(finer, start, steps)
+    return correction if near is None else correct(finer, near, fixed("omega", point.omega), iterations=30, halvings=10)
+
+
+@np.errstate(over="ignore")  # a step of a body that drifts may exceed all numbers: its length is infinite, and the search ends
+def _damped(balance: HarmonicBalance, start: Point, steps: int) -> Point | None:
+    """A point with a residual below `FLOOR` at the frequency and level of the start; None where the steps do not lead to one.
+
+    A share s of a step d is taken if the next step with the same matrix, d', is shorter than d. How much d' differs from
+    (1 − s) d, which it is where the residual is straight, says which share to try instead; how much it differs from the next step
+    with its own matrix, which share that begins with.
+    """
+    condition, evaluation = fixed("omega", start.omega), balance.evaluate(start)
+    share, before, following = 1.0, 0.0, start.forces
+    for _ in range(steps):
+        if evaluation.error <= FLOOR:
+            return evaluation.point
+        factors = balance.factorise(evaluation, condition)
+        step = balance.newton_step(evaluation, condition, factors)[0]
+        length = float(np.linalg.norm(step))
+        if factors.orientation == 0.0 or not np.isfinite(length):
+            return None
+        if before:
+            straight = share * before * float(np.linalg.norm(following))
+            share = max(SHORTEST, straight / max(float(np.linalg.norm(following - step)) * length, straight, TINY))
+        while True:
+            trial = balance.evaluate(evaluation.point.moved(share * step, "omega", 0.0))
+            following = balance.newton_step(trial, condition, factors)[0]
+            if share <= SHORTEST or np.linalg.norm(following) < length:
+                break
+            bent = float(np.linalg.norm(following - (1.0 - share) * step))
+            share = max(SHORTEST, min(0.5 * share, 0.5 * length * share**2 / bent))
+        evaluation, before = trial, length
+    return None
 
 
 class Beside(NamedTuple):
@@ -156,11 +229,10 @@ def _by_few_matrices(finer: HarmonicBalance, padded: Evaluation, condition: Path
     """Where the finer curve passes, with as few of Newton's matrices as do, which cost far more than the rest of a step with many
     contacts; None where `MATRICES` of them do not arrive.
 
-    Of the steps 1, 1/2, 1/4, ... the longest counts, λ, after which the same matrix gives a step at most 1 − λ/4 times as long:
-    where many contacts lift off, the residual, which kinks keep large, says less. The matrix is kept while whole steps shrink to
-    a half. Where each step d is θ times as long as the one before, θ/(1 − θ) |d| is left: at most `ACCURATE` of the way in the
-    end, and of the residual, as the second step beyond a kink may be short by chance.
-    Source: P. Deuflhard, Newton Methods for Nonlinear Problems (2004), sections 2.1.2 and 3.3.3.
+    Of the steps 1, 1/2, 1/4, ... the longest counts after which the same matrix gives a shorter one: where many contacts lift
+    off, the residual, which kinks keep large, says less. The matrix is kept while whole steps shrink to a half. Where each step d
+    is θ times as long as the one before, θ/(1 − θ) |d| is left: at most `ACCURATE` of the way in the end, and of the residual, as
+    the second step beyond a kink may be short by chance.
     """
     found, fresh, matrices, before = padded, True, 0, np.inf
     while matrices < MATRICES or not fresh:
@@ -168,7 +240,7 @@ def _by_few_matrices(finer: HarmonicBalance, padded: Evaluation, condition: Path
             factors, matrices = finer.factorise(found, condition), matrices + 1
             step, amount = finer.newton_step(found, condition, factors)
         share, left, whole = 2.0, np.inf, float(np.linalg.norm(step))
-        while not left <= (1.0 - 0.25 * share) * whole:
+        while not left < whole:
             share *= 0.5
             if share < SHORTEST:
                 return None
