@@ -17,7 +17,7 @@ from stickslip.analyses.time_response import time_response
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.results.files import SavedResult
-from stickslip.results.schema import named
+from stickslip.results.schema import named, tabulated
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -284,30 +284,20 @@ def _dataset(work: FreeDecayWork, arrays: Arrays) -> xr.Dataset:
     for k, (turning, values) in enumerate(found):
         table[:2, k, : len(turning)] = turning, values
         table[2:, k, : len(turning) - 1] = half_cycles(turning, values)
-    rows, contact, half = ContactRows(problem), ("contact", "direction", "time"), ("output", "half_cycle")
-    rubbed = np.nansum(rows.spread(arrays["friction_work"][:, None])[..., 0], axis=1)
-    variables: dict[str, tuple[tuple[str, ...], Any, str, str]] = {
-        "displacement": (("output", "time"), outputs, "m", "outputs"),
-        "contact_motion": (contact, rows.spread(arrays["motion"]), "m", "contact displacements"),
-        "contact_force": (contact, rows.spread(arrays["force"]), "N", "contact forces"),
-        "friction_work": (("contact",), rubbed, "J", "energy that friction has dissipated"),
-        "viscous_work": ((), arrays["viscous_work"], "J", "energy that viscous damping has dissipated"),
-        "turning_time": (half, table[0], "s", "time of the turning point"),
-        "turning_point": (half, table[1], "m", "displacement at the turning point"),
-        "amplitude": (half, table[2], "m", "half the distance to the next turning point"),
-        "frequency": (half, table[3], "Hz", "frequency of the half cycle"),
-        "damping_ratio": (half, table[4], "1", "damping ratio of the half cycle, from the logarithmic decrement"),
+    rows = ContactRows(problem)
+    variables = {
+        "displacement": outputs,
+        "contact_motion": rows.spread(arrays["motion"]),
+        "contact_force": rows.spread(arrays["force"]),
+        "friction_work": np.nansum(rows.spread(arrays["friction_work"][:, None])[..., 0], axis=1),
+        "viscous_work": arrays["viscous_work"],
+        **dict(zip(("turning_time", "turning_point", "amplitude", "frequency", "damping_ratio"), table, strict=True)),
     }
-    return xr.Dataset(
-        {name: named(dims, values, long_name, units) for name, (dims, values, units, long_name) in variables.items()},
-        coords={
-            name: named(name, values, words, units)
-            for name, values, units, words in (
-                ("time", times, "s", "time"),
-                ("output", list(problem.output_names), "1", "output"),
-                ("contact", [contact.name for contact in problem.contacts], "1", "contact"),
-                ("direction", list(DIRECTION_NAMES), "1", "direction of the contact: t1, t2 tangential, n closing"),
-            )
-        },
-        attrs={"title": problem.heading, "method": repr(work.method), "steps": work.steps},
-    )
+    coords = {
+        "time": times,
+        "output": list(problem.output_names),
+        "contact": [contact.name for contact in problem.contacts],
+        "direction": list(DIRECTION_NAMES),
+    }
+    attrs = {"title": problem.heading, "method": repr(work.method), "steps": work.steps}
+    return tabulated("free_decay", variables, coords, attrs)

@@ -6,7 +6,6 @@ Stiffness of a line contact against load, by several formulas; a source of `kn` 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import Contact, SliderOffset, Start, contact_table
 from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, tabulated
 from stickslip.solve.balance.energy import forces_of_motion
 from stickslip.support.checks import Array, fault, numbers, of_kind, positive, vector
 from stickslip.support.late import xr
@@ -129,12 +128,8 @@ def contact_stiffness(contact: LineContact, loads: ArrayLike, at: float | None =
     N = np.array([positive("load", load) for load in vector("loads", loads)])
     across, along = contact.tangential_stiffness(N)
     normal = np.array([formula(contact, N) for formula in NORMAL_STIFFNESS.values()])
-    variables: dict[str, Any] = {
-        "normal_stiffness": named(("formula", "load"), normal, "normal contact stiffness", "N/m"),
-        "tangential_across": named("load", across, "initial tangential stiffness across the line", "N/m"),
-        "tangential_along": named("load", along, "initial tangential stiffness along the line", "N/m"),
-        "half_width": named("load", contact.half_width(N), "half width of the contact", "m"),
-    }
-    coords: dict[str, Any] = {"formula": list(NORMAL_STIFFNESS), "load": named("load", N, "normal load", "N")}
+    widths = contact.half_width(N)
+    found = {"normal_stiffness": normal, "tangential_across": across, "tangential_along": along, "half_width": widths}
+    coords = {"formula": list(NORMAL_STIFFNESS), "load": N}
     attrs = {"length": contact.length, "radius": contact.radius, "load_of_interest": np.nan if at is None else positive("at", at)}
-    return ContactStiffness(xr.Dataset(variables, coords, attrs), contact)
+    return ContactStiffness(tabulated("contact_stiffness", found, coords, attrs), contact)

@@ -22,7 +22,7 @@ from stickslip.model.contact.protocol import OPEN, STICK
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.assembly import arm_of
-from stickslip.results.schema import named, stacked, system_of
+from stickslip.results.schema import described, stacked, system_of
 from stickslip.results.view import highest_peak, level_text, periods_of
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.support.checks import SMALLEST, Array, Index, fault
@@ -327,21 +327,17 @@ def with_motion(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     # The directions with the largest loops, of those that move in every case.
     moving = [{loop.label for loop in motion.loops} for motion in found if motion is not None]
     labels = [known.loops[k].label for k in largest_loops(known, MOST_LOOPS) if known.loops[k].label in set.intersection(*moving)]
-    # Corners are filled up with NaN to the longest outline.
-    corners = stacked([body.corners for body in known.bodies])
-    variables: dict[str, Any] = {
-        "section_corner": (("section", "corner_of_section", "plane"), corners, "m", "outline of a damper at rest"),
-        "section_centre": (("section", "plane"), np.array([b.centre for b in known.bodies]), "m", "mass centre at rest"),
-        "face_end": (("face", "end", "plane"), np.array([face.ends for face in known.faces]), "m", "face of a platform at rest"),
-        "face_normal": (("face", "plane"), np.array([face.into for face in known.faces]), "1", "normal into the platform"),
-        "touch_place": (("touch", "plane"), np.array([point.place for point in known.points]), "m", "contact point at rest"),
+    variables = {
+        "section_corner": stacked([body.corners for body in known.bodies]),  # filled up with NaN to the longest outline
+        "section_centre": np.array([b.centre for b in known.bodies]),
+        "face_end": np.array([face.ends for face in known.faces]),
+        "face_normal": np.array([face.into for face in known.faces]),
+        "touch_place": np.array([point.place for point in known.points]),
+        **_motions(known, found),
+        **_loops(labels, found),
+        "section_motion_point": np.array([-1 if peak is None else peak.point for peak in peaks]),
     }
-    variables |= _motions(known, found) | _loops(labels, found)
-    points = [-1 if peak is None else peak.point for peak in peaks]
-    variables["section_motion_point"] = ("case",), np.array(points), "1", "point whose motion is kept"
-    return dataset.assign(
-        {name: named(dims, values, words, units) for name, (dims, values, units, words) in variables.items()}
-    ).assign_attrs(
+    return dataset.assign(described("motion_of_sections", variables)).assign_attrs(
         sections=[body.name for body in known.bodies], touching=[point.name for point in known.points], loops_in_motion=labels
     )
 
@@ -357,13 +353,12 @@ def _motions(known: PeriodOfMotion, found: list[PeriodOfMotion | None]) -> dict[
         ]
         return np.array(rows, dtype=float)
 
-    states = "0 stick, 1 slip, 2 partly slipping, 3 lift-off"
     return {
-        "section_motion": (("case", "section", "frame", "turning"), each("bodies", "motion"), "m, m, rad", "x, y, rotation"),
-        "face_motion": (("case", "face", "frame", "end", "plane"), each("faces", "motion"), "m", "motion of the ends of a face"),
-        "touch_motion": (("case", "touch", "frame", "plane"), each("points", "motion"), "m", "motion of a contact point"),
-        "touch_state": (("case", "touch", "frame"), each("points", "state"), "1", states),
-        "touch_force": (("case", "touch", "frame", "plane"), each("points", "force"), "N", "force on the damper"),
+        "section_motion": each("bodies", "motion"),
+        "face_motion": each("faces", "motion"),
+        "touch_motion": each("points", "motion"),
+        "touch_state": each("points", "state"),
+        "touch_force": each("points", "force"),
     }
 
 
@@ -379,12 +374,7 @@ def _loops(labels: list[str], found: list[PeriodOfMotion | None]) -> dict[str, A
                     values[case, k] = getattr(loops[label], field)
         return values
 
-    dims = ("case", "motion_loop", "motion_sample")
-    return {
-        "motion_loop_displacement": (dims, each("displacement"), "m", "relative displacement of a contact over the period"),
-        "motion_loop_force": (dims, each("force"), "N", "its force"),
-        "motion_loop_state": (dims, each("state"), "1", "its state, as of contact points"),
-    }
+    return {f"motion_loop_{field}": each(field) for field in ("displacement", "force", "state")}
 
 
 def kept_cases(dataset: xr.Dataset) -> list[int]:

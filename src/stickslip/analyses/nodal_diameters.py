@@ -14,16 +14,11 @@ from scipy import linalg
 
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, described, named
+from stickslip.results.schema import Result, named, tabulated
 from stickslip.support.checks import between, fault, of_kind
 from stickslip.support.late import pd, xr
 
-WAVE_VARIABLES = {
-    "damping_ratio": ("1", "damping ratio of the wave, with gas forces"),
-    "aerodynamic_damping": ("1", "aerodynamic damping ratio: what gas forces add to it"),
-    "frequency": ("Hz", "natural frequency of the wave, with gas forces"),
-    "frequency_shift": ("1", "change of the natural frequency by gas forces, relative"),
-}
+OF_WAVES = ("damping_ratio", "aerodynamic_damping", "frequency", "frequency_shift")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,7 +31,7 @@ class DampingByNodalDiameter(Result):
 
     def table(self) -> pd.DataFrame:
         """The numbers by nodal diameter, least damped first."""
-        found = self.dataset[list(WAVE_VARIABLES)].to_dataframe().reset_index()
+        found = self.dataset[list(OF_WAVES)].to_dataframe().reset_index()
         return found.sort_values("damping_ratio", ignore_index=True)
 
 
@@ -55,16 +50,12 @@ def damping_by_nodal_diameter(disk: TunedDisk, mode: int = 1, stuck: bool = True
         raise fault("disk", "must have aerodynamics", "none", "Give it some: disk.with_aerodynamics(...).")
     numbers = np.arange(-((disk.sectors - 1) // 2), disk.sectors // 2 + 1)
     waves = [_wave(disk, int(n), mode, stuck) for n in numbers]
-    data: dict[str, Any] = {
-        name: named("nodal_diameter", [wave[k] for wave in waves], words, units)
-        for k, (name, (units, words)) in enumerate(WAVE_VARIABLES.items())
-    }
     values = np.array([gas.waves[numbers % disk.sectors] for gas in disk.wave_stiffnesses])
-    parts, words = np.stack([values.real, values.imag], axis=-1), "complex stiffness of the gas forces along their direction"
-    data["stiffness"] = named(("gas_force", "nodal_diameter", "part"), parts, words, "N/m")
-    coords: dict[str, Any] = {"nodal_diameter": numbers, "part": ["re", "im"]}
+    data = dict(zip(OF_WAVES, np.transpose(waves), strict=True))
+    data["stiffness"] = np.stack([values.real, values.imag], axis=-1)
+    coords = {"nodal_diameter": numbers, "part": ["re", "im"]}
     attrs = {"sectors": disk.sectors, "mode": mode, "contacts": "stuck" if stuck else "free", "title": disk.title}
-    return DampingByNodalDiameter(xr.Dataset(data, coords, attrs), disk)
+    return DampingByNodalDiameter(tabulated("damping_by_nodal_diameter", data, coords, attrs), disk)
 
 
 def _wave(disk: TunedDisk, nodal_diameter: int, mode: int, stuck: bool) -> tuple[float, float, float, float]:
@@ -128,7 +119,7 @@ def _held(disk: TunedDisk, modes: int) -> xr.Dataset:
     coords = {"disk_state": list(STATES), "nodal_diameter": np.arange(frequencies.shape[1]), "disk_mode": np.arange(1, modes + 1)}
     attrs: dict[str, Any] = {"sectors": disk.sectors, "engine_order": disk.engine_order, "title": disk.heading}
     attrs["excited_orders"] = list(disk.excited_orders)
-    return xr.Dataset(described(OF_DISK, {"disk_frequency": frequencies}), described(OF_DISK, coords), attrs)
+    return tabulated(OF_DISK, {"disk_frequency": frequencies}, coords, attrs)
 
 
 def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
@@ -148,9 +139,7 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     dataset = dataset.assign(disk_frequency=found["disk_frequency"]).assign_attrs(_static_normal_load(problem))
     if problem.aerodynamics:
         waves = damping_by_nodal_diameter(problem).dataset.rename(nodal_diameter="wave")
-        dataset = dataset.assign(
-            {f"wave_{name}": waves[name].variable for name in WAVE_VARIABLES} | {"wave": waves["wave"].variable}
-        )
+        dataset = dataset.assign({f"wave_{name}": waves[name].variable for name in OF_WAVES} | {"wave": waves["wave"].variable})
     if problem.surface is None:
         return dataset
     n = problem.excited_orders[0] % problem.sectors

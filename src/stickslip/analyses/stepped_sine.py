@@ -17,7 +17,7 @@ from stickslip.analyses.settings import OfKind, OfProblem, Setting, Settings, Wh
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.problem import Problem
 from stickslip.results.files import SavedResult
-from stickslip.results.schema import named
+from stickslip.results.schema import described, tabulated
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, checked_start, from_rest, march
@@ -135,24 +135,13 @@ def beside_balance(dataset: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
         if not np.array_equal(solved["frequency"].values, order):
             raise InputError("The response must be at the frequencies of the stepped sine, in the same order, but is not.")
         steady[converged] = solved["amplitude"].values[converged]
-    words = "first harmonic of the steady response by harmonic balance"
-    return dataset.assign(
-        balance_amplitude=named(("step", "output"), steady, words, "m"),
-        balance_message=named((), str(solved["case_message"].values), "outcome of the harmonic balance"),
-    )
+    beside = {"balance_amplitude": steady, "balance_message": str(solved["case_message"].values)}
+    return dataset.assign(described("stepped_sine", beside))
 
 
 def _dataset(work: SteppedSineWork, arrays: Arrays) -> xr.Dataset:
-    along = ("step", "output")
-    data = {
-        "amplitude": named(along, arrays["amplitude"], "first harmonic of the last period of the dwell", "m"),
-        "max_abs": named(along, arrays["max_abs"], "largest absolute value in the last period of the dwell", "m"),
-        "distance": named(("step",), arrays["distance"], "estimated distance from the steady motion"),
-    }
-    coords = {
-        "frequency": named(("step",), work.frequencies, "frequency of the dwell", "Hz"),
-        "output": named(("output",), list(work.problem.output_names), "output"),
-    }
+    data = {name: arrays[name] for name in ("amplitude", "max_abs", "distance")}
+    coords = {"frequency": work.frequencies, "output": list(work.problem.output_names)}
     attrs = {"title": work.problem.heading, "force_level": work.force, "dwell": work.dwell}
     about = {"steps_per_period": work.steps_per_period, "method": repr(work.method), "cpu_seconds": float(arrays["cpu_seconds"])}
-    return xr.Dataset(data, coords, attrs | about)
+    return tabulated("stepped_sine", data, coords, attrs | about)

@@ -6,7 +6,6 @@ Verification of a solved point by time integration from its own state, with the 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from stickslip.analyses.response_dataset import ContactRows, of_parts, parts
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, tabulated
 from stickslip.solve.balance.fourier import Harmonics, in_words, of_attribute
 from stickslip.solve.time.march import (
     LOAD_STEPS,
@@ -93,45 +92,41 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
     samples = outputs.shape[1]
     motion, force = ContactRows(problem).spread(cycle.contact_motion), ContactRows(problem).spread(cycle.contact_force)
     response, moved, carried = (parts(harmonics_of(signals, harmonics)) for signals in (outputs, motion, force))
-    place = ("contact", "direction")
-    first = np.abs(harmonics_of(outputs, 1)[:, 1])
     work = ContactRows(problem).spread(cycle.friction_work[:, None])[..., 0]
-    variables: dict[str, tuple[tuple[str, ...], Any, str, str]] = {
-        "time": (("sample",), 2.0 * np.pi / cycle.omega * np.arange(samples) / samples, "s", "time since a zero of the phase"),
-        "displacement": (("output", "sample"), outputs, "m", "outputs over the last period"),
-        "motion_history": ((*place, "sample"), motion, "m", "contact displacements over the last period"),
-        "force_history": ((*place, "sample"), force, "N", "contact forces over the last period"),
-        "response": (("output", "harmonic", "part"), response, "m", "harmonics of the outputs"),
-        "contact_motion": ((*place, "harmonic", "part"), moved, "m", "harmonics of contact displacements"),
-        "contact_force": ((*place, "harmonic", "part"), carried, "N", "harmonics of contact forces"),
-        "amplitude": (("output",), first, "m", "first harmonic of the outputs"),
-        "rms": (("output",), np.sqrt(np.mean(outputs**2, axis=1)), "m", "root mean square of the outputs"),
-        "max_abs": (("output",), np.max(np.abs(outputs), axis=1), "m", "largest absolute value of the outputs"),
-        "dissipated": (("contact",), np.nansum(work, axis=1), "J", "energy dissipated per period"),
-        "input_work": ((), cycle.given, "J", "work of the harmonic forces per period"),
-        "viscous_work": ((), cycle.viscous, "J", "viscous work per period"),
-        "energy_residual": ((), cycle.energy_residual, "1", "input less contact and viscous work, relative to the input"),
-        "periods": ((), cycle.periods, "1", "periods marched"),
+    variables = {
+        "time": 2.0 * np.pi / cycle.omega * np.arange(samples) / samples,
+        "displacement": outputs,
+        "motion_history": motion,
+        "force_history": force,
+        "response": response,
+        "contact_motion": moved,
+        "contact_force": carried,
+        "amplitude": np.abs(harmonics_of(outputs, 1)[:, 1]),
+        "rms": np.sqrt(np.mean(outputs**2, axis=1)),
+        "max_abs": np.max(np.abs(outputs), axis=1),
+        "dissipated": np.nansum(work, axis=1),
+        "input_work": cycle.given,
+        "viscous_work": cycle.viscous,
+        "energy_residual": cycle.energy_residual,
+        "periods": cycle.periods,
     }
-    return xr.Dataset(
-        {name: named(dims, values, long_name, units) for name, (dims, values, units, long_name) in variables.items()},
-        coords={
-            "output": list(problem.output_names),
-            "contact": [contact.name for contact in problem.contacts],
-            "direction": list(DIRECTION_NAMES),
-            "part": ["re", "im"],
-            "harmonic": np.arange(harmonics + 1),
-        },
-        attrs={
-            "title": problem.heading,
-            "frequency": cycle.omega / (2.0 * np.pi),
-            "force_level": cycle.level,
-            "method": repr(settings.method),
-            "steps_per_period": settings.steps_per_period,
-            "outcome": cycle.outcome.name.lower(),
-            "message": cycle.sentence,
-        },
-    )
+    coords = {
+        "output": list(problem.output_names),
+        "contact": [contact.name for contact in problem.contacts],
+        "direction": list(DIRECTION_NAMES),
+        "part": ["re", "im"],
+        "harmonic": np.arange(harmonics + 1),
+    }
+    attrs = {
+        "title": problem.heading,
+        "frequency": cycle.omega / (2.0 * np.pi),
+        "force_level": cycle.level,
+        "method": repr(settings.method),
+        "steps_per_period": settings.steps_per_period,
+        "outcome": cycle.outcome.name.lower(),
+        "message": cycle.sentence,
+    }
+    return tabulated("time_response", variables, coords, attrs)
 
 
 LEFT = 10.0

@@ -133,10 +133,18 @@ def variables_in(table: str) -> dict[str, tuple[tuple[str, ...], str, str]]:
     return {name: (tuple(dims.split()), units, words) for name, (dims, units, words) in _tables()[table].items()}
 
 
-def described(table: str, values: Mapping[str, Any]) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
-    """Values by name as xarray takes them, with the dimensions, units and meaning that a table of `variables.toml` lists."""
+def described(table: str, values: Mapping[str, Any], measured: str = "") -> dict[str, tuple[Any, Any, dict[str, Any]]]:
+    """Values by name as xarray takes them, with the dimensions, units and meaning that a table of `variables.toml` lists;
+    measured: the units of those that are listed with none."""
     known = {name: variables_in(table)[name] for name in values}
-    return {name: (dims, values[name], {"units": units, "long_name": words}) for name, (dims, units, words) in known.items()}
+    return {name: named(dims, values[name], words, units or measured) for name, (dims, units, words) in known.items()}
+
+
+def tabulated(
+    table: str, variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any], measured: str = ""
+) -> xr.Dataset:
+    """The dataset of values that a table of `variables.toml` lists, as `described` takes them."""
+    return xr.Dataset(described(table, variables, measured), described(table, coords, measured), dict(attrs))
 
 
 def _with_kinds(table: str) -> tuple[Variable, ...]:

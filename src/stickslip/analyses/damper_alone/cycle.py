@@ -31,7 +31,7 @@ from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.contact.protocol import OPEN, SLIP_DOWN, SLIP_UP, STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion, jamming
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, named, tabulated
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress, Report, silent
 from stickslip.solve.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
@@ -45,74 +45,61 @@ HARMONICS = 15
 """Harmonics of the platform forces that are kept."""
 
 
-Variables = dict[str, tuple[tuple[str, ...], Any, str, str]]
-"""Dimensions, values, units and meaning by name."""
-
-EACH, PLACE = ("sample", "contact"), ("sample", "axis")
-
-
 def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, marching: Marching, sentence: str) -> xr.Dataset:
     """Everything about the last cycle."""
     variables = _platforms(rig, model, march) | _contact_forces(model, march) | _contact_motions(rig, model, march)
     variables |= _states(model, march) | _energies(model, march) | _section(rig)
     mus = [getattr(law, "mu", np.nan) for law in rig.laws]  # NaN of one that depends on the load
-    return xr.Dataset(
-        {name: named(dims, values, words, units) for name, (dims, values, units, words) in variables.items()},
-        coords={
-            "contact": named("contact", [point.name for point in rig.points], "line of contact"),
-            "side": named("contact", [point.side for point in rig.points], "platform it is on"),
-            "axis": named("axis", ["x", "y"], "x to the right, y along the pull"),
-            "damper": named("damper", ["x", "y", "rotation"], "motion of the damper"),
-            "kind": named("kind", ["stick", "slip", "open"], "state of a contact"),
-            "platform": named("platform", ["left", "right"], "platform"),
-            "part": named("part", ["re", "im"], "real and imaginary part"),
-        },
-        attrs={
-            "title": rig.title or rig.damper.name,
-            "pull": float(np.hypot(*np.asarray(rig.damper.pull)[:2])),
-            "method": repr(marching.method) if marching.method else "quasi-static",
-            "frequency": marching.frequency,
-            "friction": [np.nan if isinstance(mu, LoadDependentFriction) else float(mu) for mu in mus],
-            "cycles": march.cycles,
-            "outcome": march.outcome.name.lower(),
-            "message": sentence,
-        },
-    )
+    coords = {
+        "contact": [point.name for point in rig.points],
+        "side": [point.side for point in rig.points],
+        "axis": ["x", "y"],
+        "damper": ["x", "y", "rotation"],
+        "kind": ["stick", "slip", "open"],
+        "platform": ["left", "right"],
+        "part": ["re", "im"],
+    }
+    attrs = {
+        "title": rig.title or rig.damper.name,
+        "pull": float(np.hypot(*np.asarray(rig.damper.pull)[:2])),
+        "method": repr(marching.method) if marching.method else "quasi-static",
+        "frequency": marching.frequency,
+        "friction": [np.nan if isinstance(mu, LoadDependentFriction) else float(mu) for mu in mus],
+        "cycles": march.cycles,
+        "outcome": march.outcome.name.lower(),
+        "message": sentence,
+    }
+    return tabulated("damper_cycle", variables, coords, attrs)
 
 
-def _section(rig: BetweenPlatforms) -> Variables:
+def _section(rig: BetweenPlatforms) -> dict[str, Any]:
     """Where the damper is touched, and its outline, from its mass centre: for drawings."""
-    outline = np.reshape(rig.damper.body.outline, (-1, 3))[:, :2]
-    place = ("contact", "axis")
     return {
-        "outline": (("corner", "axis"), outline, "m", "corners of the section of the damper"),
-        "place": (place, [point.arm for point in rig.points], "m", "place of the contact on the damper"),
-        "tangent": (place, [point.tangent for point in rig.points], "1", "direction t1"),
-        "normal": (place, [point.normal for point in rig.points], "1", "direction n, from the platform into the damper"),
+        "outline": np.reshape(rig.damper.body.outline, (-1, 3))[:, :2],
+        "place": [point.arm for point in rig.points],
+        "tangent": [point.tangent for point in rig.points],
+        "normal": [point.normal for point in rig.points],
     }
 
 
-def _platforms(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle) -> Variables:
+def _platforms(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle) -> dict[str, Any]:
     """Motion of platforms and damper, and the forces on the platforms, with their harmonics."""
     steps, motion = march.drive.shape[0], march.record.motion
-    right = motion[:, 3:5] if rig.right else np.zeros((steps, 2))
     on_left, on_right = forces_on_platforms(model, march)
     spectrum = harmonics_of(np.stack([on_left.T, on_right.T]), min(HARMONICS, steps // 4))
-    parts = np.stack([spectrum.real, spectrum.imag], axis=-1)
-    words = "equivalent harmonic forces of the damper on the platforms"
     return {
-        "phase": (("sample",), np.arange(steps) / steps, "1", "share of the cycle that has passed"),
-        "platform_motion": (PLACE, platform_motion(model, march), "m", "motion of the left platform"),
-        "right_motion": (PLACE, right, "m", "motion of the right platform"),
-        "force_on_left": (PLACE, on_left, "N", "force of the damper on the left platform"),
-        "force_on_right": (PLACE, on_right, "N", "force of the damper on the right platform"),
-        "force_harmonics": (("platform", "axis", "harmonic", "part"), parts, "N", words),
-        "damper_motion": (("sample", "damper"), motion[:, :3], "m, m, rad", "motion of the damper's mass centre"),
-        "rotation": ((), float(np.ptp(motion[:, 2])), "rad", "rotation of the damper, peak to peak"),
+        "phase": np.arange(steps) / steps,
+        "platform_motion": platform_motion(model, march),
+        "right_motion": motion[:, 3:5] if rig.right else np.zeros((steps, 2)),
+        "force_on_left": on_left,
+        "force_on_right": on_right,
+        "force_harmonics": np.stack([spectrum.real, spectrum.imag], axis=-1),
+        "damper_motion": motion[:, :3],
+        "rotation": float(np.ptp(motion[:, 2])),
     }
 
 
-def _contact_forces(model: CycleModel, march: SteadyCycle) -> Variables:
+def _contact_forces(model: CycleModel, march: SteadyCycle) -> dict[str, Any]:
     tangential, normal_rows = _rows(model)
     friction, normal = march.record.force[:, tangential], march.record.force[:, normal_rows]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -120,52 +107,40 @@ def _contact_forces(model: CycleModel, march: SteadyCycle) -> Variables:
     # The slip limit of a contact is the sum of those of its elements.
     table = model.table
     first, last = table.friction_first[table.first_row[:-1]], table.friction_first[table.first_row[1:]]
+    limits = [march.record.limit[:, a:b].sum(axis=1) for a, b in zip(first, last, strict=True)]
     return {
-        "friction_force": (EACH, friction, "N", "friction force along t1"),
-        "normal_force": (EACH, normal, "N", "normal force"),
-        "force_ratio": (EACH, ratio, "1", "friction over normal force"),
-        "slip_limit": (
-            EACH,
-            np.stack([march.record.limit[:, a:b].sum(axis=1) for a, b in zip(first, last, strict=True)], axis=1),
-            "N",
-            "friction force at which all of the contact slips",
-        ),
+        "friction_force": friction,
+        "normal_force": normal,
+        "force_ratio": ratio,
+        "slip_limit": np.stack(limits, axis=1),
     }
 
 
-def _contact_motions(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle) -> Variables:
+def _contact_motions(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle) -> dict[str, Any]:
     """Motion at every contact, parted into elastic and slip, and the rolling."""
     tangential, normal_rows = _rows(model)
     u, z = march.record.w[:, tangential], march.record.w[:, normal_rows]
     elastic = _sprung(march.record.force[:, tangential], model.stiffness[tangential])
-    rolling = march.record.motion[:, 2:3] * np.array([point.radius for point in rig.points])
-    words = "tangential motion of the damper at the contact, relative to the platform"
     return {
-        "tangential_motion": (EACH, u, "m", words),
-        "approach": (EACH, z, "m", "normal motion, positive closing"),
-        "elastic_motion": (EACH, elastic, "m", "part of the tangential motion that the contact springs hold"),
-        "slip_motion": (EACH, u - elastic, "m", "part of the tangential motion that the sliders have gone"),
-        "rolling": (EACH, rolling, "m", "motion of the rounding's axis by rolling"),
+        "tangential_motion": u,
+        "approach": z,
+        "elastic_motion": elastic,
+        "slip_motion": u - elastic,
+        "rolling": march.record.motion[:, 2:3] * np.array([point.radius for point in rig.points]),
     }
 
 
-def _states(model: CycleModel, march: SteadyCycle) -> Variables:
+def _states(model: CycleModel, march: SteadyCycle) -> dict[str, Any]:
     states = contact_states(model, march)
-    words = "0 stick, 1 slip with positive friction, -1 with negative, 2 open"
     kinds = (states == STICK, np.abs(states) == 1, states == OPEN)
     return {
-        "state": (EACH, states, "1", words),
-        "share": (
-            ("contact", "kind"),
-            np.stack([kind.mean(axis=0) for kind in kinds], axis=1),
-            "1",
-            "share of the cycle in each state",
-        ),
-        "iterations": (("sample",), march.record.iterations, "1", "Newton iterations of the step, -1 where it failed"),
+        "state": states,
+        "share": np.stack([kind.mean(axis=0) for kind in kinds], axis=1),
+        "iterations": march.record.iterations,
     }
 
 
-def _energies(model: CycleModel, march: SteadyCycle) -> Variables:
+def _energies(model: CycleModel, march: SteadyCycle) -> dict[str, Any]:
     """Loop energy ∫ F dx on the platforms: friction work and, where the cycle does not close, what is stored in the end."""
     path, work = march.path(model), slip_work(model, march)
     motion = platform_motion(model, march)
@@ -173,12 +148,12 @@ def _energies(model: CycleModel, march: SteadyCycle) -> Variables:
     # by trapezes
     loop = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(np.append(motion, motion[:1], axis=0), axis=0)))
     stored = float(np.diff(stored_energy(model, path)[[0, -1]])[0])
-    error, words = abs(loop - work.sum() - stored), "loop energy less friction work and stored energy, relative"
+    error = abs(loop - work.sum() - stored)
     return {
-        "friction_work": (("contact",), work, "J", "friction work of a cycle"),
-        "loop_energy": ((), loop, "J", "energy that the damper takes from the platforms in a cycle"),
-        "stored_energy": ((), stored, "J", "energy that contacts, rig and pull hold after the cycle less that before it"),
-        "energy_error": ((), error / abs(loop) if loop else error, "1", words),
+        "friction_work": work,
+        "loop_energy": loop,
+        "stored_energy": stored,
+        "energy_error": error / abs(loop) if loop else error,
     }
 
 

@@ -41,7 +41,7 @@ from stickslip.analyses.settings import (
     takes,
 )
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, named, stacked, variables_in
+from stickslip.results.schema import Result, stacked, tabulated
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Work, Workers, silent
 from stickslip.solve.balance.fourier import MOST_SAMPLES, attribute
@@ -654,10 +654,6 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
         coords["constraint"] = list(work.limits)
     units = conditions.measure.units + (" per unit level" if conditions.per_force else "")
 
-    def described(name: str, value: Any) -> tuple[Any, Any, dict[str, str]]:
-        dims, unit, words = VARIABLES[name]
-        return named(dims, value, words, unit or units)
-
     attrs: dict[str, Any] = {
         "title": "Design of a damper",
         "forces": list(conditions.forces),
@@ -666,8 +662,7 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
     attrs |= {"starts": conditions.starts, "harmonics": attribute(conditions.harmonics), "samples": conditions.samples}
     attrs |= replace(conditions.measure, per_force=conditions.per_force).attributes
     attrs |= {"known": work.known, "nearest": records.index(designs.best)}
-    data, labels = ({name: described(name, value) for name, value in part.items()} for part in (values, coords))
-    return xr.Dataset(data, labels, attrs)
+    return tabulated("damper_design", values, coords, attrs, units)
 
 
 def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
@@ -688,7 +683,3 @@ def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
         **dict(zip(("failed_force", "failed_friction", "failed_start"), np.moveaxis(failed, 2, 0), strict=True)),
         "allowed": np.array([record.allowed for record in records], dtype=np.int8),
     }
-
-
-VARIABLES = variables_in("damper_design")
-"""Dimensions, unit ("" for that of the objective) and meaning of the variables of a design."""

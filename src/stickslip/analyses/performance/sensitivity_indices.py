@@ -34,7 +34,7 @@ from stickslip.analyses.settings import (
     takes,
 )
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, tabulated
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -246,31 +246,16 @@ def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
     drawn = shown * drawn
     middle = work.problem(np.mean(work.box, axis=1))
     units = f"{work.measured.reported_units(levels_are_newtons(middle))} and Hz"
-    both, (low, high), ends = ("parameter", "quantity"), np.array(work.box).T, first["ends"]
-    orders, intervals, spread = _indices(drawn), _intervals(drawn, work.seed), np.std(drawn[:, :2], axis=(0, 1))
-    bounds, interval = (*both, "bound"), "what 95 % of bootstrap samples of the draws give for the"
-    data = {
-        "first_order": named(both, orders[0], "first-order index: share of the variance by this parameter alone"),
-        "total": named(both, orders[1], "total index: with its interactions"),
-        "first_order_interval": named(bounds, intervals[0], f"{interval} first-order index"),
-        "total_interval": named(bounds, intervals[1], f"{interval} total index"),
-        "low_end": named(both, ends[:, 0], "at the low end of the range, the others in the middle", units),
-        "high_end": named(both, ends[:, 1], "at the high end of the range, the others in the middle", units),
-        "middle": named("quantity", first["middle"], "all parameters in the middle", units),
-        "spread": named("quantity", spread, "standard deviation over all parameters", units),
-        "slope": named("parameter", first["slopes"], "d ln(amplitude) over the range, by the slope in the middle"),
-        "low": named("parameter", low, "low end of the range", "as given"),
-        "high": named("parameter", high, "high end of the range", "as given"),
-    }
-    coords = {
-        "parameter": named("parameter", list(work.parameters), "uncertain parameter"),
-        "quantity": named("quantity", list(QUANTITIES), "quantity"),
-        "bound": named("bound", ["low", "high"], "end of an interval"),
-    }
+    data = dict(zip(("first_order", "total"), _indices(drawn), strict=True))
+    data |= dict(zip(("first_order_interval", "total_interval"), _intervals(drawn, work.seed), strict=True))
+    data |= dict(zip(("low_end", "high_end"), np.moveaxis(first["ends"], 1, 0), strict=True))
+    data |= {"middle": first["middle"], "spread": np.std(drawn[:, :2], axis=(0, 1)), "slope": first["slopes"]}
+    data |= dict(zip(("low", "high"), np.array(work.box).T, strict=True))
+    coords = {"parameter": list(work.parameters), "quantity": list(QUANTITIES), "bound": ["low", "high"]}
     attrs: dict[str, Any] = {"title": "Which parameter matters", "cpu_seconds": cpu_seconds}
     attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "samples")} | work.measured.attributes
     attrs["harmonics"] = attribute(work.harmonics)
-    return xr.Dataset(data, coords, attrs)
+    return tabulated("sensitivity_indices", data, coords, attrs, units)
 
 
 def _indices(drawn: Array) -> Array:

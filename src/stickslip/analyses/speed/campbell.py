@@ -22,7 +22,7 @@ from stickslip.analyses.speed.models import Models, ProblemAt, problem_at
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.modes import gyroscopic_modes, natural_modes
-from stickslip.results.schema import Result, described
+from stickslip.results.schema import Result, described, tabulated
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.support.checks import MOST, Array, Index, InputError, between, fault, of_kind, positive, several, unique, vector
@@ -212,7 +212,7 @@ class CampbellWork(Execution):
             found |= {"speed_margin": crossing / operating - 1.0}
             attrs["operating_speed"] = operating
         coords = {"state": list(STATES), "mode": list(self.modes), "engine_order": orders, "speed": self.speeds[: self.points]}
-        dataset = xr.Dataset(described("campbell", found), described("campbell", coords), attrs)
+        dataset = tabulated("campbell", found, coords, attrs)
         if not isinstance(self.first, TunedDisk):
             return dataset
         if operating is None or not self.first.disk.diameters.complete:

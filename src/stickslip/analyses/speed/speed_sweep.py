@@ -32,7 +32,7 @@ from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
-from stickslip.results.schema import Result, described, named, stacked
+from stickslip.results.schema import Result, named, stacked, tabulated
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.fourier import MOST_SAMPLES
@@ -347,11 +347,10 @@ class RunUpWork(Execution):
         data |= {name: np.array([str(arrays[name]) for arrays in results]) for name in ("outcome", "message")}
         orders, levels = zip(*self.places, strict=True)
         cycles, outputs = np.arange(1, data["time"].shape[1] + 1), list(self.problem.output_names)
-        coords: dict[str, Any] = described("run_up", {"engine_order": list(orders), "output": outputs, "cycle": cycles})
+        coords = {"engine_order": list(orders), "output": outputs, "cycle": cycles, "force_level": list(levels)}
         newtons = "N" if levels_are_newtons(self.problem) else "1"
-        coords["force_level"] = named("case", list(levels), "factor on every harmonic force", newtons)
         attrs = {"title": self.problem.heading, "duration": self.duration, "steps_per_period": self.steps_per_period}
-        return RunUp(xr.Dataset(described("run_up", data), coords, attrs), self.problem)
+        return RunUp(tabulated("run_up", data, coords, attrs, newtons), self.problem)
 
 
 @takes(RunUpWork)

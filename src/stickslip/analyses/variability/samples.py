@@ -39,7 +39,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.truncation import OWN_FORCES
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, described, named
+from stickslip.results.schema import Result, tabulated
 from stickslip.results.view import measure_in, sizes
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress, Report, checked_progress
@@ -513,26 +513,21 @@ class _Table:
         names = [f"{contact.name} {d}" for contact in problem.contacts for d in contact.direction_names]
         where = np.nanargmax(np.where(np.isnan(self.amplitude), -1.0, self.amplitude), axis=1)
         top = np.take_along_axis(self.amplitude, where[:, None, :], axis=1)[:, 0]
-        return xr.Dataset(
-            described(
-                "load_history",
-                {
-                    "outcome": self.outcome,
-                    "amplitude": self.amplitude,
-                    "response": self.response,
-                    "largest_amplitude": top,
-                    "largest_frequency": self.frequencies[where],
-                    "largest_contact_force": self.force,
-                    "largest_contact_motion": self.motion,
-                    "slider": self.slider,
-                },
-            ),
-            {
-                "force_level": ("run", list(self.levels)),
-                "frequency": named("frequency", self.frequencies, "frequency", "Hz"),
-                "output": list(problem.output_names),
-                "row": names,
-                "part": ["re", "im"],
-            },
-            attrs,
-        )
+        variables = {
+            "outcome": self.outcome,
+            "amplitude": self.amplitude,
+            "response": self.response,
+            "largest_amplitude": top,
+            "largest_frequency": self.frequencies[where],
+            "largest_contact_force": self.force,
+            "largest_contact_motion": self.motion,
+            "slider": self.slider,
+        }
+        coords = {
+            "force_level": list(self.levels),
+            "frequency": self.frequencies,
+            "output": list(problem.output_names),
+            "row": names,
+            "part": ["re", "im"],
+        }
+        return tabulated("load_history", variables, coords, attrs)

@@ -25,7 +25,7 @@ from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import time_history
 from stickslip.results.files import SavedResult
-from stickslip.results.schema import named
+from stickslip.results.schema import named, tabulated
 from stickslip.support.checks import Array, InputError, among, existing, fault, finite, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.units import Band
@@ -293,20 +293,17 @@ def _dataset(record: Record, windows: Sequence[Window], quantity: str, name: str
         np.array([getattr(each, key) for each in windows]) for key in ("middle", "amplitude", "omega", "delta")
     )
     size_error, omega_error, delta_error = np.array([each.errors for each in windows]).T
-    ratio = delta / np.hypot(delta, omega)
-    values = {
-        "window_time": (middle, "s", "middle of the window"),
-        "amplitude": (size / omega**order, "m", "amplitude of the displacement"),
-        "amplitude_error": (size_error / omega**order, "m", "standard error of the amplitude"),
-        "frequency": (omega / (2.0 * np.pi), "Hz", "frequency"),
-        "frequency_error": (omega_error / (2.0 * np.pi), "Hz", "standard error of the frequency"),
-        "damping_ratio": (ratio, "1", "damping ratio"),
-        "damping_ratio_error": (delta_error / np.hypot(delta, omega), "1", "standard error of the damping ratio"),
+    data = {
+        "window_time": middle,
+        "amplitude": size / omega**order,
+        "amplitude_error": size_error / omega**order,
+        "frequency": omega / (2.0 * np.pi),
+        "frequency_error": omega_error / (2.0 * np.pi),
+        "damping_ratio": delta / np.hypot(delta, omega),
+        "damping_ratio_error": delta_error / np.hypot(delta, omega),
     }
-    units = ("m", "m/s", "m/s2")[order]
-    data: dict[str, Any] = {key: named("window", each, words, unit) for key, (each, unit, words) in values.items()}
-    data["signal"] = named("time", record.x, f"measured {quantity}", units)
-    coords = {"time": named("time", record.t, "time", "s")}
+    signal = named("time", record.x, f"measured {quantity}", ("m", "m/s", "m/s2")[order])
     length = float(windows[0].motion.size * record.step * omega[0] / (2.0 * np.pi))
     others = {"window_cycles": length, "second_mode": float(windows[0].second / (2.0 * np.pi))}
-    return xr.Dataset(data, coords, {"title": name or "Measured decay", "quantity": quantity, **others})
+    about = {"title": name or "Measured decay", "quantity": quantity, **others}
+    return tabulated("measured_decay", data, {"time": record.t}, about).assign(signal=signal)

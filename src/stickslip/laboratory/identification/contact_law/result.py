@@ -5,7 +5,7 @@ What to check before a contact law from loops is used: little slip, a poor fit, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag, force_of, interval, work_along
 from stickslip.laboratory.identification.least_squares import CERTAINTY
 from stickslip.model.contact.law import LoadDependentFriction
-from stickslip.results.schema import Result, named, stacked
+from stickslip.results.schema import Result, named, stacked, tabulated
 from stickslip.support.checks import Array, Index, counted, fault, rounded
 from stickslip.support.late import xr
 
@@ -104,48 +104,26 @@ def contact_law_dataset(
     fitted_energy = [work_along(np.asarray(loop.displacement), force) for loop, force in zip(single, fitted, strict=True)]
     cycle_kt, cycle_mu = np.exp(theta[:, 0]), np.exp(theta[:, 1]) * (1.0 if least_mu is None else np.nan)
     forces = [np.asarray(loop.force) for loop in work.loops]
-
-    def of_loops(rows: Sequence[Any], words: str, units: str) -> tuple[Any, ...]:
-        return named(("loop", "sample"), stacked(rows), words, units)
-
-    def of_laws(key: str, words: str, units: str = "1") -> tuple[Any, ...]:
-        values = [getattr(fit, key) for fit in fits.values()]
-        return named(("law", "bound")[: np.ndim(values)], values, words, units)
-
-    def of_cycles(values: Any, words: str, units: str = "1") -> tuple[Any, ...]:
-        return named("cycle", values, words, units)
-
-    variables: dict[str, Any] = {
-        "kt": of_laws("kt", "tangential stiffness", "N/m"),
-        "kt_interval": of_laws("kt_interval", "95 % interval of the tangential stiffness", "N/m"),
-        "mu": of_laws("mu", "friction coefficient"),
-        "mu_interval": of_laws("mu_interval", "95 % interval of the friction coefficient"),
-        "misfit": of_laws("misfit", "error of the fit, relative to the rms force"),
-        "held_out": of_laws("held_out", "error on loops held out, relative to the rms force"),
-        "cycle_number": of_cycles(work.numbers, "number of the cycle"),
-        "cycle_kt": of_cycles(cycle_kt, "tangential stiffness of one cycle", "N/m"),
-        "cycle_kt_error": of_cycles(cycle_kt * errors[:, 0], "standard deviation without gains", "N/m"),
-        "cycle_mu": of_cycles(cycle_mu, "friction coefficient of one cycle, NaN where it is only bounded"),
-        "cycle_mu_error": of_cycles(cycle_mu * errors[:, 1], "standard deviation without gains"),
-        "plateau": of_cycles(plateau, "plateau of the friction force over the normal load"),
-        "energy_measured": of_cycles([one.energy for one in single], "energy dissipated in the cycle, measured", "J"),
-        "energy_fitted": of_cycles(fitted_energy, "energy dissipated in the cycle, by the law fitted to it", "J"),
-        "displacement": of_loops([loop.displacement for loop in work.loops], "displacement of the contact", "m"),
-        "force_measured": of_loops([one - one.mean() for one in forces], "friction force, measured, without its mean", "N"),
-        "force_fitted": of_loops(
-            [force_of(loop, best, fits[best].theta) for loop in work.loops], "friction force of the law fitted to all loops", "N"
-        ),
+    of_laws = ("kt", "kt_interval", "mu", "mu_interval", "misfit", "held_out")
+    variables: dict[str, Any] = {key: [getattr(fit, key) for fit in fits.values()] for key in of_laws}
+    variables |= {
+        "cycle_number": work.numbers,
+        "cycle_kt": cycle_kt,
+        "cycle_kt_error": cycle_kt * errors[:, 0],
+        "cycle_mu": cycle_mu,
+        "cycle_mu_error": cycle_mu * errors[:, 1],
+        "plateau": plateau,
+        "energy_measured": [one.energy for one in single],
+        "energy_fitted": fitted_energy,
+        "displacement": stacked([loop.displacement for loop in work.loops]),
+        "force_measured": stacked([one - one.mean() for one in forces]),
+        "force_fitted": stacked([force_of(loop, best, fits[best].theta) for loop in work.loops]),
     }
     if any(fit.shape for fit in fits.values()):
-        shape = [fit.shape[0] if fit.shape else np.nan for fit in fits.values()]
-        variables["spread"] = named("law", shape, "spread of the sliders' limits")
-    coords = {
-        "law": named("law", list(fits), "contact law"),
-        "bound": named("bound", ["low", "high"], "end of the interval"),
-        "loop": named("loop", [loop.name for loop in work.loops], "loop, the mean of these cycles"),
-    }
+        variables["spread"] = [fit.shape[0] if fit.shape else np.nan for fit in fits.values()]
+    coords = {"law": list(fits), "bound": ["low", "high"], "loop": [loop.name for loop in work.loops]}
     about = {"title": "Law of a contact", "best": best, "summary": work.summary, "removed": "\n".join(work.removed)}
-    return xr.Dataset(variables, coords, about | ({} if least_mu is None else {"least_mu": least_mu}))
+    return tabulated("contact_law", variables, coords, about | ({} if least_mu is None else {"least_mu": least_mu}))
 
 
 def with_friction(dataset: xr.Dataset, friction: Array, exponent: Array) -> xr.Dataset:

@@ -12,7 +12,7 @@ from stickslip.laboratory.identification.least_squares import CERTAINTY
 from stickslip.laboratory.measurement.cycles import synthesis
 from stickslip.laboratory.measurement.reconstruction import reconstruct
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, described, named, tabulated
 from stickslip.support.checks import Array, between, fault
 from stickslip.support.late import xr
 
@@ -75,33 +75,30 @@ def identification_dataset(
         [case.cycle(f"platform_{a}", SAMPLES) if case.has(f"platform_{a}") else np.zeros(SAMPLES) for a in "xy"]
         for case in fit.cases
     ]
-    of_parameters, loop, place = "parameter_units", ("case", "channel", "sample"), ("case", "channel")
-    bounds = np.array([intervals[p.name] for p in fit.unknowns])
     variables = {
-        "value": named("parameter", np.exp(theta), "identified value", of_parameters),
-        "interval": named(("parameter", "end"), bounds, "95 % interval", of_parameters),
-        "replicates": named(("replicate", "parameter"), np.exp(replicates), "values of refits", of_parameters),
-        "measured": named(loop, fit.data @ table.T, "measured cycle", "N, rad, m"),
-        "fitted": named(loop, shown @ table.T, "computed cycle, with the gains found", "N, rad, m"),
-        "platform_motion": named(("case", "axis", "sample"), np.array(platform), "motion of the left platform", "m"),
-        "zero": named(place, shift, "measured less fitted mean", "N, rad, m"),
-        "zero_error": named(place, zero_errors, "standard deviation of the zero of a cell", "N"),
-        "lag": named((), chain.lag, "lag of the forces behind the motions", "s"),
-        "lag_error": named((), errors[0], "standard deviation of the lag", "s"),
-        "gain": named(("channel",), chain.gains, "gain error of the channel"),
-        "misfit": named(place, misfits(fit, shown), "misfit, relative"),
+        "value": np.exp(theta),
+        "interval": np.array([intervals[p.name] for p in fit.unknowns]),
+        "replicates": np.exp(replicates),
+        "measured": fit.data @ table.T,
+        "fitted": shown @ table.T,
+        "platform_motion": np.array(platform),
+        "zero": shift,
+        "zero_error": zero_errors,
+        "lag": chain.lag,
+        "lag_error": errors[0],
+        "gain": chain.gains,
+        "misfit": misfits(fit, shown),
     }
-    units = ["N/m" if p.part in ("kt", "kn") else "1" for p in fit.unknowns]
     coordinates = {
-        "parameter": named("parameter", [p.name for p in fit.unknowns], "unknown"),
-        "parameter_units": named("parameter", units, "units of the unknown"),
-        "case": named("case", [case.name for case in fit.cases], "measured loop"),
-        "channel": named("channel", list(fit.channels), "signal"),
-        "axis": named("axis", ["x", "y"], "direction of the platform"),
-        "end": named("end", ["low", "high"], "end of the interval"),
+        "parameter": [p.name for p in fit.unknowns],
+        "parameter_units": ["N/m" if p.part in ("kt", "kn") else "1" for p in fit.unknowns],
+        "case": [case.name for case in fit.cases],
+        "channel": list(fit.channels),
+        "axis": ["x", "y"],
+        "end": ["low", "high"],
     }
     about = {"title": "Contact parameters", "analysis": "identification", "law": fit.law}
-    return xr.Dataset(variables, coordinates, about | {"lag_fitted": int(bool(fit.errors.lag))})
+    return tabulated("damper_identification", variables, coordinates, about | {"lag_fitted": int(bool(fit.errors.lag))})
 
 
 def with_slip(dataset: xr.Dataset, fit: DamperFit, rig: BetweenPlatforms, kn: float) -> xr.Dataset:
@@ -112,13 +109,12 @@ def with_slip(dataset: xr.Dataset, fit: DamperFit, rig: BetweenPlatforms, kn: fl
     found = [reconstruct(case, rig, fit.errors, kn=kn, samples=SAMPLES, draws=SLIP_DRAWS) for case in cases]
     if not all(name in one for one in found for name in SLIPS):
         return dataset
-    place = ("case", "motion", "sample")
-    motion = [[one[name].values for name in SLIPS] for one in found]
-    error = [[one[f"{name}_error"].values for name in SLIPS] for one in found]
-    return dataset.assign(
-        right_motion=named(place, np.array(motion), "measured motion at the right contact, less its mean", "m"),
-        right_motion_error=named(place, np.array(error), "standard deviation of that motion", "m"),
-    ).assign_coords(motion=named("motion", list(SLIPS.values()), "which motion"))
+    slip = {
+        "right_motion": np.array([[one[name].values for name in SLIPS] for one in found]),
+        "right_motion_error": np.array([[one[f"{name}_error"].values for name in SLIPS] for one in found]),
+        "motion": list(SLIPS.values()),
+    }
+    return dataset.assign(described("damper_identification", slip))
 
 
 def misfits(fit: DamperFit, shown: Array) -> Array:

@@ -40,7 +40,7 @@ from stickslip.laboratory.measurement.cycles import CycleSet, LoadRemoval, synth
 from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.results.schema import named
+from stickslip.results.schema import described
 from stickslip.runs.work import Arrays
 from stickslip.solve.platforms.cycle import CycleModel, steady_cycle
 from stickslip.support.checks import Array, InputError, fault, nearest
@@ -377,8 +377,8 @@ class IdentificationWork(Settings):
         several = [one for one in LINE_LAWS if one in self.law] if len(self.law) > 1 else []
         errors = dict(zip(several, map(float, arrays["held_out"]), strict=True))
         if errors:
-            held_out = named("law", list(errors.values()), "error on loops held out, in standard deviations")
-            dataset = dataset.assign(held_out=held_out).assign_coords(law=named("law", several, "law of the lines of contact"))
+            known = {"held_out": list(errors.values()), "law": several}
+            dataset = dataset.assign(described("damper_identification", known))
         return Identification(values, intervals, correlation, warnings, fit, replicates, dataset, law, errors)
 
 
