@@ -31,7 +31,7 @@ from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.files import SavedResult
-from stickslip.results.schema import SCHEMA, Result, named, stacked
+from stickslip.results.schema import SCHEMA, Result, described, named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
@@ -187,23 +187,21 @@ class ControlledResponseWork(HeldMotion, Execution):
         def together(name: str) -> Array:
             return stacked([curve[name] for curve in curves])
 
-        along = ("case", "point")
-        data["force_level"] = named(along, together("force_level"), "force level that holds the amplitude", level)
-        of = "displacement of the output against the force"
-        data["phase"] = named(along, together("phase"), f"phase of the {of}", "degree")
-        for name, (units, words) in RESONANCE.items():
-            own = level if name.endswith("level") else units
-            data[name] = named(("case", "resonance"), together(name), words, own)
+        names_found = ("force_level", "phase", *(f"resonance_{name}" for name in RESONANCE))
+        data |= described("controlled_response", {name: together(name) for name in names_found}, level)
         held = f"held amplitude of the {self.quantity} of {names[self.output]}"
         coords = {
             "held_amplitude": named("case", list(self.amplitudes), held, self.held_quantity.units),
-            "output": named("output", list(names), "output"),
-            "contact": named("contact", [contact.name for contact in self.problem.contacts], "contact"),
-            "direction": named("direction", list(DIRECTION_NAMES), "direction of the contact: t1, t2 tangential, n closing"),
-            "harmonic": named(
-                "harmonic", np.arange(highest(checked_harmonics(self.harmonics)) + 1), "harmonic of the excitation frequency"
+            **described(
+                "controlled_response",
+                {
+                    "output": list(names),
+                    "contact": [contact.name for contact in self.problem.contacts],
+                    "direction": list(DIRECTION_NAMES),
+                    "harmonic": np.arange(highest(checked_harmonics(self.harmonics)) + 1),
+                    "part": ["re", "im"],
+                },
             ),
-            "part": named("part", ["re", "im"], "real and imaginary part"),
         }
         seconds = sum(float(curve["cpu_seconds"]) for curve in curves)
         return ControlledResponse(xr.Dataset(data, coords, _attributes(self) | {"cpu_seconds": seconds}), self.problem)
@@ -260,11 +258,8 @@ def phase_resonance(held: HeldAtResonance) -> PhaseResonance:
 ALONG = tuple(variable.name for variable in SCHEMA if variable.dims[:2] == ("case", "point"))
 """The variables along a curve that a controlled response shares with a forced one."""
 
-RESONANCE = {
-    "resonance_frequency": ("Hz", "frequency where force and displacement are at 90°"),
-    "resonance_force_level": ("1", "force level where force and displacement are at 90°"),
-    "resonance_loss_factor": ("1", "loss factor where force and displacement are at 90°"),
-}
+RESONANCE = ("frequency", "force_level", "loss_factor")
+"""What is found where force and displacement are at 90°."""
 
 
 def resonance_arrays(balance: HarmonicBalance, found: Sequence[Evaluation]) -> dict[str, Array]:
@@ -272,7 +267,7 @@ def resonance_arrays(balance: HarmonicBalance, found: Sequence[Evaluation]) -> d
     energy = EnergyBalance(balance)
     loss = [energy.loss_factor(each) for each in found]
     values = [each.point.omega / (2.0 * np.pi) for each in found], [each.point.level for each in found], loss
-    return {name: np.array(value, dtype=float) for name, value in zip(RESONANCE, values, strict=True)}
+    return {f"resonance_{name}": np.array(value, dtype=float) for name, value in zip(RESONANCE, values, strict=True)}
 
 
 def _attributes(work: HeldMotion) -> dict[str, Any]:
@@ -287,14 +282,11 @@ def _level_units(work: HeldMotion) -> str:
 def _resonance_dataset(work: HeldMotion, amplitudes: Array, found: Sequence[Any]) -> xr.Dataset:
     good = np.array([each.converged for each in found])
     arrays = resonance_arrays(work.held(0), [each.evaluation for each in found if each.converged])
-    data = {}
-    for name, (units, words) in RESONANCE.items():
-        values = np.full(amplitudes.size, np.nan)
-        values[good] = arrays[name]
-        own = _level_units(work) if name.endswith("level") else units
-        data[name.removeprefix("resonance_")] = named("amplitude", values, words, own)
-    outcome = np.where(good, int(Outcome.CONVERGED), int(Outcome.NOT_CONVERGED))
-    data["outcome"] = named("amplitude", outcome, "outcome of the solution")
+    values = {"outcome": np.where(good, int(Outcome.CONVERGED), int(Outcome.NOT_CONVERGED))}
+    for name in RESONANCE:
+        values[name] = np.full(amplitudes.size, np.nan)
+        values[name][good] = arrays[f"resonance_{name}"]
+    data = described("phase_resonance", values, _level_units(work))
     of = f"{work.quantity} of {work.problem.output_names[work.output]}"
     coords = {"amplitude": named("amplitude", amplitudes, f"amplitude of the {of}", work.held_quantity.units)}
     missing = ", ".join(f"{amplitude:.4g}" for amplitude in amplitudes[~good])

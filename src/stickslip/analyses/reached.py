@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.analyses.response_dataset import of_parts
-from stickslip.analyses.solved_points import SolvedPoints, response_at
+from stickslip.analyses.solved_points import SolvedPoints, relative_distance, response_at
 from stickslip.analyses.stability import flags_of
 from stickslip.analyses.time_response import harmonics_of, time_response
 from stickslip.model.problem import Problem
@@ -22,7 +22,7 @@ from stickslip.results.quantities import words_of_flags
 from stickslip.results.schema import CurveKind, described, kinds_in, named
 from stickslip.results.view import band_of, converged_points, highest_peak, is_listed, periods_of
 from stickslip.solve.time.march import TimeStart, from_harmonics
-from stickslip.support.checks import Array, InputError
+from stickslip.support.checks import InputError
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -98,7 +98,7 @@ class MotionsOfLevel:
         motion, nearest, least = harmonics_of(time.cycle.outputs, harmonics).ravel(), None, SAME
         for place, share in self._at(frequency):
             X, k = self.response[place.case], place.point
-            apart = _apart(motion, (1.0 - share) * X[k] + share * X[min(k + 1, len(X) - 1)])
+            apart = relative_distance(motion, (1.0 - share) * X[k] + share * X[min(k + 1, len(X) - 1)])
             if apart <= least:
                 nearest, least = Place(place.case, k + round(share)), apart
         if nearest is None:
@@ -115,7 +115,7 @@ class MotionsOfLevel:
         """Whether the points that a sweep passes have the motion of a peak, which a curve may pass more than once."""
         f, X = self.frequency[peak.case], self.response[peak.case]
         own = (k for case, k in passed if case == peak.case and abs(f[k] - f[peak.point]) <= TOLERANCE * f[peak.point])
-        return any(_apart(X[k], X[peak.point]) <= TOLERANCE for k in own)
+        return any(relative_distance(X[k], X[peak.point]) <= TOLERANCE for k in own)
 
     def next_lower(self, frequency: float, amplitude: float, output: int) -> float:
         """The largest |X₁| [m] at a frequency below that of a peak there, of all curves; NaN where there is none."""
@@ -170,7 +170,7 @@ class MotionsOfLevel:
     def _followed(self, place: Place, sign: int, passed: set[Place]) -> Place:
         """The last point of a curve whose frequency goes on in one direction; those on the way are passed."""
         f, X, k = self.frequency[place.case], self.response[place.case], place.point
-        closed = f.size > 2 and abs(f[0] - f[-1]) <= TOLERANCE * f[0] and _apart(X[0], X[-1]) <= TOLERANCE
+        closed = f.size > 2 and abs(f[0] - f[-1]) <= TOLERANCE * f[0] and relative_distance(X[0], X[-1]) <= TOLERANCE
 
         def goes_on(to: int) -> bool:
             return bool((closed or 0 <= to < f.size) and sign * (f[to % f.size] - f[k % f.size]) > 0.0)
@@ -251,8 +251,3 @@ def with_reached(dataset: xr.Dataset, table: pd.DataFrame, output: int) -> xr.Da
         **described("reached", {"next_lower": lower, "reached_unknown": unknown.astype(str)}),
     }
     return dataset.assign(variables).assign_attrs(output_reached=str(dataset["output"].values[output]))
-
-
-def _apart(motion: Array, other: Array) -> float:
-    """How far a motion is from another, relative to it."""
-    return float(np.linalg.norm(motion - other) / max(float(np.linalg.norm(other)), np.finfo(float).tiny))

@@ -101,7 +101,7 @@ class SolvedPoints:
         omega, level = self.omega(self.kept["frequency"][place]), float(self.kept["force_level"][place[0]])
         found = self.balance.evaluate(Point(forces, omega, level))
         known = np.concatenate([motion, _real(self.kept["response"][place])])
-        missed = max(found.error, _apart(found.w, known), _apart(found.w[:, 1:], known[:, 1:]))
+        missed = max(found.error, relative_distance(found.w, known), relative_distance(found.w[:, 1:], known[:, 1:]))
         if not missed <= MISMATCH and not missed <= self._rounding(found, motion) and not self._returns(found, known):
             what = f"The share by which point {place[1]} of case {place[0]} misses the balance of the problem"
             raise fault(what, f"must be at most {MISMATCH:g}", float(f"{missed:.3g}"), REMEDY)
@@ -111,13 +111,13 @@ class SolvedPoints:
         """What rounding of the stored forces and motions may change of a motion: much near a resonance of very little damping."""
         spread = ROUNDINGS * np.finfo(float).eps
         forces = found.point.forces + spread * (np.abs(found.point.forces) + np.abs(self.balance.stiffness[:, None] * motion))
-        return _apart(self.balance.evaluate(replace(found.point, forces=forces)).w, found.w)
+        return relative_distance(self.balance.evaluate(replace(found.point, forces=forces)).w, found.w)
 
     def _returns(self, found: Evaluation, known: Array) -> bool:
         """Whether Newton's method solves the balance beside a kept point."""
         solved = correct(self.balance, found.point, fixed("omega", found.point.omega))
         w = solved.evaluation.w
-        return solved.converged and max(_apart(w, known), _apart(w[:, 1:], known[:, 1:])) <= AMPLIFIED
+        return solved.converged and max(relative_distance(w, known), relative_distance(w[:, 1:], known[:, 1:])) <= AMPLIFIED
 
     def at_one_speed(self, case: int, point: int) -> tuple[HarmonicBalance, Evaluation]:
         """A point with the balance of the rotor speed it is at, or with that of all where the problem has no `speed`."""
@@ -166,7 +166,7 @@ class SolvedPoints:
         return _real(self.rows.collected(parts))
 
 
-def _apart(found: Array, known: Array) -> float:
+def relative_distance(found: Array, known: Array) -> float:
     """How far two motions are apart, relative to the known one."""
     return float(np.linalg.norm(found - known)) / max(float(np.linalg.norm(known)), SMALLEST)
 

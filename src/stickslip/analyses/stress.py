@@ -22,7 +22,7 @@ from stickslip.model.structure.stress import (
     principal_size,
     von_mises,
 )
-from stickslip.results.schema import named
+from stickslip.results.schema import described, named
 from stickslip.results.view import inside_band
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
@@ -97,26 +97,23 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
         if gauges:
             strains[case, point] = 0.5 * np.ptp(np.einsum("gnc,gc->gn", over_time[gauges], measured), axis=1)
         amplitude[case, point], mean[case, point] = np.hypot(harmonics[..., 1], harmonics[..., 2]), still
-    dims = ("case", "point", "place")
     free, free_principal, where = _without_contacts(dataset, points, recovery, here)
     if gauges:
-        strain = named(("case", "point", "gauge"), strains, "amplitude of the strain at the gauge")
-        gauge = named("gauge", list(recovery.gauges), "strain gauge")
-        dataset = dataset.assign(strain_amplitude=strain).assign_coords(gauge=gauge)
-    return dataset.assign(
-        stress_von_mises=named(dims, largest, "largest von Mises stress over the period, with the mean", "Pa"),
-        stress_alternating=named(dims, alternating, "largest von Mises stress of the vibration", "Pa"),
-        stress_amplitude=named((*dims, "component"), amplitude, "first harmonic of the stress", "Pa"),
-        stress_mean=named((*dims, "component"), mean, "mean stress", "Pa"),
-        stress_principal=named(dims, principal[..., 0], "amplitude of the largest principal stress", "Pa"),
-        stress_principal_mean=named(dims, principal[..., 1], "mean stress along the principal axis", "Pa"),
-        principal_without_contacts=named(("place",), free_principal, "principal stress without contacts", "Pa"),
-        stress_without_contacts=named(("place",), free, "alternating stress without contacts", "Pa"),
-        frequency_without_contacts=named(("place",), where, "resonance of the stress without contacts", "Hz"),
-    ).assign_coords(
-        place=named("place", list(recovery.places), "place of stress"),
-        component=named("component", list(COMPONENTS), "component of stress in the axes of the body"),
-    )
+        dataset = dataset.assign(described("stress", {"strain_amplitude": strains, "gauge": list(recovery.gauges)}))
+    found = {
+        "stress_von_mises": largest,
+        "stress_alternating": alternating,
+        "stress_amplitude": amplitude,
+        "stress_mean": mean,
+        "stress_principal": principal[..., 0],
+        "stress_principal_mean": principal[..., 1],
+        "principal_without_contacts": free_principal,
+        "stress_without_contacts": free,
+        "frequency_without_contacts": where,
+        "place": list(recovery.places),
+        "component": list(COMPONENTS),
+    }
+    return dataset.assign(described("stress", found))
 
 
 def _without_contacts(

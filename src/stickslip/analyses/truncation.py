@@ -20,6 +20,7 @@ from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition,
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.truncation import Beside, beside, beyond_within, contact_work, moving
 from stickslip.solve.curves.curve import Curve
+from stickslip.solve.peaks.search import SAME_PEAK
 from stickslip.support.checks import Array, in_percent
 from stickslip.support.late import xr
 
@@ -95,9 +96,6 @@ INDEPENDENT = 1e-4
 
 MORE_SAMPLES = 4
 """Times as many samples as the curve has show what sampling leaves, whose error falls with their square."""
-
-SAME_PEAK = 1e-3
-"""Peaks of several outputs within this relative distance in frequency may be one motion."""
 
 AT_POINTS, AT_PEAKS = 200, 1200
 """Unknowns up to which points, and the few highest peaks, are looked at with all harmonics that an estimate takes."""

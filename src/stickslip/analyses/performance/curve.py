@@ -50,7 +50,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, named, stacked, variables_in
+from stickslip.results.schema import Result, named, stacked, tabulated, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -240,25 +240,13 @@ def band_dataset(asked: BandSettings, results: Sequence[Arrays]) -> xr.Dataset:
     at_peak = bounds.isel(frequency=0)
     per_force = at_peak["amplitude"].values / force
     virgin = at_peak["sampled_amplitude"].isel(start=0).values / force[:, 0]
-    units = work.measured.quantity.units_per_force
-    data = {
-        "amplitude_per_force": named(("point", "bound"), per_force, "peak per force", units),
-        "frequency": named(("point", "bound"), at_peak["resonance"].values, "resonance frequency", "Hz"),
-        "virgin_amplitude_per_force": named("point", virgin, "peak per force, virgin start", units),
-        "loss_factor": named(("point", "bound"), at_peak["loss_factor"].values, "loss factor"),
-        "outcome": named(("point", "bound"), at_peak["outcome"].values, "outcome of the search"),
-        "unsolved_share": named(
-            "point", at_peak["unsolved_share"].values, "share of the sampled start states without a solution"
-        ),
-        "solves": named("point", at_peak["solves"].values, "solutions computed"),
-    }
-    coords = {
-        "force_ratio": named("point", list(asked.ratios), "F_C/F_E"),
-        "bound": named("bound", bounds["bound"].values, "lowest and highest peak"),
-    }
+    data = {"amplitude_per_force": per_force, "frequency": at_peak["resonance"].values, "virgin_amplitude_per_force": virgin}
+    data |= {name: at_peak[name].values for name in ("loss_factor", "outcome", "unsolved_share", "solves")}
+    coords = {"force_ratio": list(asked.ratios), "bound": bounds["bound"].values}
     keys = ("title", "output", *work.measured.attributes, "rule", "share", "seed", "cloud", "starts", "harmonics", "samples")
     keys = (*keys, "cpu_seconds")
-    return xr.Dataset(data, coords, {key: bounds.attrs[key] for key in keys})
+    units = work.measured.quantity.units_per_force
+    return tabulated("performance_band", data, coords, {key: bounds.attrs[key] for key in keys}, units)
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,6 +51,7 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance, contact_cycle
 from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.balance.measure import Measure
+from stickslip.solve.peaks.search import SAME_PEAK
 from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Effort, Extreme, Place, extreme, leapt, loss_factor, size_of
 from stickslip.solve.starts.states import StartSpace, UnsolvedError, explored_space, refuse_forgetful, rule_words
 from stickslip.support.checks import Array, InputError, fault
@@ -66,9 +67,6 @@ NEIGHBOUR_GAIN = 1e-5
 
 CONFIRMATIONS = 4
 """Searches in a row from one start state, each with the peak that turned out to be the highest in the last."""
-
-SAME_PEAK = 1e-3
-"""Relative difference up to which a followed peak is the highest one of the whole curve."""
 
 MOST_UNSOLVED = 0.5
 """Where more than this share of the sampled start states has no solution there are no bounds: the rest are a biased few."""

@@ -91,6 +91,9 @@ class Cubic(NamedTuple):
 PROMINENCE = 1e-3
 """Two maxima count as one peak unless the curve dips between them by this share of the lower one."""
 
+SAME_PEAK = 1e-3
+"""Relative distance, in frequency or in height, within which two peaks are taken for the same one."""
+
 STEEPER = 2.0
 """By how many times the errors of slopes nearby slopes inside an interval may be off, and how much steeper than any known nearby
 they may be where no errors are known."""
@@ -167,11 +170,6 @@ class Interval:
         return a.amplitude + a.slope * (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope)
 
     @property
-    def trough(self) -> float:
-        """The lower end, or the lowest place of the cubic where the curve falls and rises again."""
-        return self.cubic.lowest
-
-    @property
     def cubic(self) -> Cubic:
         """The cubic through the amplitudes and slopes of both ends."""
         return Cubic(self.low.amplitude, self.high.amplitude, self.low.slope * self.width, self.high.slope * self.width)
@@ -240,7 +238,7 @@ def hill(intervals: list[Interval], tops: list[Interval]) -> list[Interval]:
     def parted(interval: Interval, far: Sample) -> bool:
         if not interval.low.slope <= 0.0 < interval.high.slope:
             return False
-        dips = interval.trough < (1.0 - PROMINENCE) * height
+        dips = interval.cubic.lowest < (1.0 - PROMINENCE) * height
         return dips or far.amplitude > (1.0 + PROMINENCE) * height
 
     first, last = ends

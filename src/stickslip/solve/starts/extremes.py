@@ -27,7 +27,7 @@ from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, Plane, plane_at
-from stickslip.solve.peaks.search import PeakSearch
+from stickslip.solve.peaks.search import SAME_PEAK, PeakSearch
 from stickslip.solve.starts.states import StartSolutions, StartSpace, UnsolvedError, settled
 from stickslip.support.checks import Array
 from stickslip.support.outcome import Outcome
@@ -200,9 +200,6 @@ TOLERANCE = 1e-6
 LONGEST = 300
 """Points of the longest curve that is traced for its peak; a virgin one takes about forty."""
 
-APART = 1e-3
-"""Relative distance in frequency from where on two peaks of one curve are different ones."""
-
 KNOWN = 30
 """Peaks remembered to climb from."""
 
@@ -270,7 +267,7 @@ class AtPeak:
             highest = self.sample(found.variables)
         except UnsolvedError:
             return found if sign > 0.0 else None
-        if abs(highest.evaluation.point.omega - found.evaluation.point.omega) > APART * found.evaluation.point.omega:
+        if abs(highest.evaluation.point.omega - found.evaluation.point.omega) > SAME_PEAK * found.evaluation.point.omega:
             self.known = self.known[-1:]
         return highest
 

@@ -35,10 +35,11 @@ from typing import Any
 
 import llvmlite.binding as llvm  # type: ignore[import-untyped]
 import numba
-from numba.core import caching, serialize
+from numba.core import caching, event, serialize
 from numba.core.compiler import CompileResult
 from numba.core.runtime.nrt import rtsys
 
+from stickslip.support.compilation import NOTICE
 from stickslip.support.files import only_own_files, replacing
 
 FOLDERS = (
@@ -323,3 +324,22 @@ def _others_write(place: os.stat_result) -> bool:
 
 FOLDER = _folder()
 """Where this process keeps kernels."""
+
+
+class _Compilations(event.Listener):
+    """Passes on which kernels are compiled; numba's own functions inside them do not count."""
+
+    def on_start(self, what: event.Event) -> None:
+        if _of_this_package(what):
+            NOTICE.begin()
+
+    def on_end(self, what: event.Event) -> None:
+        if _of_this_package(what):
+            NOTICE.end()
+
+
+def _of_this_package(what: event.Event) -> bool:
+    return bool(what.data["dispatcher"].py_func.__module__.startswith("stickslip."))
+
+
+event.register("numba:compile", _Compilations())
