@@ -24,14 +24,11 @@ from stickslip.model.problem.contraction import Contraction, contraction
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.stability.event_march import EventMarch, LostMotionError, Passage, State
 from stickslip.solve.stability.multipliers import ContactPeriod, PeriodMap, Stability
-from stickslip.solve.time.march import CORRECTIONS, DISTURBANCE, from_harmonics
+from stickslip.solve.time.march import CORRECTIONS, DISTURBANCE, SMALLEST_STEP, from_harmonics
 from stickslip.support.checks import Array, InputError, in_percent
 
 CLOSED = 1e-6
 """Change over a period, relative to the vibration, at which a motion is periodic."""
-
-SHORTEST = 1.0 / 16.0
-"""Share of a correction below which none helps."""
 
 PUSH = 1e-3
 """Size of a disturbance that is followed, relative to the vibration."""
@@ -116,7 +113,7 @@ class OrbitSearch:
             change = np.zeros(x.size)
             change[own] = np.linalg.lstsq(matrix, left[own], rcond=1e-10)[0] * scale[own]
             length, better = 1.0, None
-            while length >= SHORTEST:
+            while length >= SMALLEST_STEP:
                 trial = x + length * change
                 passage_there = self._passage(trial)
                 there = self._defect(trial, passage_there, scale)

@@ -379,6 +379,7 @@ CLOSED = 1e-7
 CORRECTIONS = 12
 
 SMALLEST_STEP = 1.0 / 64.0
+"""Share of a correction below which none helps."""
 
 MOST_VECTORS = 80
 """Size of the Krylov spaces."""

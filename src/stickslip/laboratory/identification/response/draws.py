@@ -45,28 +45,20 @@ def kept_for_draws(fit: ResponseFit, x: Array, known: FitStatistics, solution: M
     low[np.array(shared)[held]], unknown[np.array(shared)[held]] = least[held], True
     error[unknown] = 0.0
     error *= known.quantile / CERTAINTY
-    meaning = "variable of the fit: a parameter as logarithm or share of its bounds, ln gain, phase"
     covariance = np.nan_to_num(known.correlation * np.outer(error, error), posinf=0.0, neginf=0.0)
-    tails = "covariance of the errors, with the tails of few residuals"
     tests, errors = [float(each.test) for each in fit.variables], np.array([model.test.error for model in fit.tests])
     errors *= float(np.sqrt(known.noise))
     noise = errors / max(above_noise(fit.series(x)), 1.0) if known.one_in >= TOGETHER else errors
     return {
-        "fit_value": named(FIT, x, meaning, "as fitted"),
-        "fit_low": named(FIT, low, "lower bound of the variable", "as fitted"),
-        "fit_high": named(FIT, high, "upper bound of the variable", "as fitted"),
-        "fit_unknown": named(FIT, unknown.astype(float), "1 of a variable that may lie anywhere between its bounds"),
-        "fit_test": named(FIT, tests, "number of the test that has it by itself, -1: all"),
-        "fit_covariance": named((FIT, OTHER), covariance, tails, "as fitted"),
-        "point_error": named("test", errors, "standard error of a measured point by the residuals"),
-        "point_noise": named("test", noise, "part of it that differs from point to point"),
+        "fit_value": x,
+        "fit_low": low,
+        "fit_high": high,
+        "fit_unknown": unknown.astype(float),
+        "fit_test": tests,
+        "fit_covariance": covariance,
+        "point_error": errors,
+        "point_noise": noise,
     }
-
-
-def names_of_fit(fit: ResponseFit) -> dict[str, Any]:
-    """Coordinates of the variables of a fit."""
-    names = np.array([each.name for each in fit.variables], dtype=np.str_)
-    return {axis: named(axis, names, "variable of the fit") for axis in (FIT, OTHER)}
 
 
 def free_as_text(free: Mapping[str, FreeParameter]) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.laboratory.identification.response.decay_prediction import DecayPrediction, predict_decay
-from stickslip.laboratory.identification.response.draws import free_as_text, kept_for_draws, names_of_fit
+from stickslip.laboratory.identification.response.draws import FIT, OTHER, free_as_text, kept_for_draws
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS, TOGETHER, FitStatistics, above_noise
 from stickslip.laboratory.identification.response.mistakes import moved, notes_on_mistakes, notes_on_outliers
@@ -22,7 +22,7 @@ from stickslip.laboratory.identification.response.prediction_result import Respo
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined
 from stickslip.model.problem import Problem
 from stickslip.results.files import SavedResult
-from stickslip.results.schema import Row, named, stacked
+from stickslip.results.schema import Row, stacked, tabulated
 from stickslip.support.checks import Array, counted, digits_between, first_of, rounded
 from stickslip.support.late import xr
 
@@ -237,65 +237,59 @@ def dataset_of_fit(
     names = [fit.variables[k].name for k in fit.shared]
     reach = statistics.quantile * statistics.error
     low, high = [np.clip(x + side * reach, *fit.bounds)[fit.shared] for side in (-1.0, 1.0)]
-    correlation = statistics.correlation[np.ix_(fit.shared, fit.shared)]
     shown = [fit.shown(x, t) for t in range(len(tests))]
     nowhere = [np.full(np.size(test.frequency), np.nan) for test in tests]
     phases = [none if test.phase is None else np.degrees(test.phase) for test, none in zip(tests, nowhere, strict=True)]
     own_names, own = _own_values(fit, x)
 
-    def of_parameters(variables: Any, words: str) -> tuple[Any, ...]:
-        values = [fit.free[name].value(float(v)) if np.isfinite(v) else np.nan for name, v in zip(names, variables, strict=True)]
-        return named("parameter", values, words, "as given")
-
-    def of_points(rows: Any, units: str, words: str, fill: float = np.nan) -> tuple[Any, ...]:
-        return named(("test", "point"), stacked(rows, fill), words, units)
+    def of_parameters(variables: Any) -> list[float]:
+        return [fit.free[name].value(float(v)) if np.isfinite(v) else np.nan for name, v in zip(names, variables, strict=True)]
 
     data = {
-        "value": of_parameters(x[fit.shared], "identified value"),
-        "low": of_parameters(low, "lower end of the 95 % interval, not below the bound"),
-        "high": of_parameters(high, "upper end of the 95 % interval, not above the bound"),
-        "least": of_parameters(solution.get("least", np.full(len(names), np.nan)), "lower bound of friction that never slips"),
-        "correlation": named(("parameter", "parameter_2"), correlation, "correlation of the errors"),
-        "own_value": named(("test", "own"), own, "what each test has by itself", "as given"),
-        "frequency": of_points([test.frequency for test in tests], "Hz", "frequency"),
-        "force": of_points([test.force for test in tests], "1", "measured force level"),
-        "response": of_points([test.amplitude for test in tests], "SI", "measured amplitude"),
-        "measured": of_points([np.abs(test.per_force) for test in tests], "SI", "measured response per force"),
-        "computed": of_points([np.abs(s) for s in shown], "SI", "computed response per force"),
-        "measured_phase": of_points(phases, "degree", "measured phase of the displacement"),
-        "computed_phase": of_points([np.degrees(np.angle(s)) for s in shown], "degree", "computed phase of the displacement"),
-        "solved": of_points([one.solved for one in fit.computed], "1", "1 where the problem has a solution", 0.0),
-        "slips": of_points([one.slips for one in fit.computed], "1", "1 where a contact slips or opens", 0.0),
-        "misfit": named("test", [fit.misfit(x, t) for t in range(len(tests))], "misfit relative to the largest response"),
-        "held_out": named("test", held_out, "misfit with the parameters of the other tests"),
+        "value": of_parameters(x[fit.shared]),
+        "low": of_parameters(low),
+        "high": of_parameters(high),
+        "least": of_parameters(solution.get("least", np.full(len(names), np.nan))),
+        "correlation": statistics.correlation[np.ix_(fit.shared, fit.shared)],
+        "own_value": own,
+        "frequency": stacked([test.frequency for test in tests]),
+        "force": stacked([test.force for test in tests]),
+        "response": stacked([test.amplitude for test in tests]),
+        "measured": stacked([np.abs(test.per_force) for test in tests]),
+        "computed": stacked([np.abs(s) for s in shown]),
+        "measured_phase": stacked(phases),
+        "computed_phase": stacked([np.degrees(np.angle(s)) for s in shown]),
+        "solved": stacked([one.solved for one in fit.computed], 0.0),
+        "slips": stacked([one.slips for one in fit.computed], 0.0),
+        "misfit": [fit.misfit(x, t) for t in range(len(tests))],
+        "held_out": held_out,
         **kept_for_draws(fit, x, statistics, solution),
     }
     if "outlier" in solution:
         parts = np.cumsum([np.size(test.frequency) for test in tests])[:-1]
-        errors, deviations = (np.split(np.asarray(solution[key]), parts) for key in ("outlier", "outlier_deviation"))
-        data["outlier"] = of_points(errors, "1", "residual of an outlier in standard errors, else 0", 0.0)
-        data["outlier_deviation"] = of_points(deviations, "1", "of an outlier, relative to the fit", 0.0)
-        data["value_without_outliers"] = of_parameters(
-            np.asarray(solution["x_without"])[fit.shared], "value without the outliers"
-        )
+        for name in ("outlier", "outlier_deviation"):
+            data[name] = stacked(np.split(np.asarray(solution[name]), parts), 0.0)
+        data["value_without_outliers"] = of_parameters(np.asarray(solution["x_without"])[fit.shared])
     starts = [fit.starts(x, t) for t in range(len(tests))]
     if any(one.size for one in starts):
-        data["start_variables"] = named(("test", "variable"), stacked(starts), "start state of each test")
+        data["start_variables"] = stacked(starts)
+    variables = np.array([each.name for each in fit.variables], dtype=np.str_)
     coords = {
-        "parameter": named("parameter", names, "parameter"),
-        "parameter_2": named("parameter_2", names, "parameter"),
-        "test": named("test", [test.name for test in tests], "test"),
-        "own": named("own", own_names, "what each test has by itself"),
-        "quantity": named("test", [test.quantity for test in tests], "measured quantity"),
-        "joint": named("test", [test.joint for test in tests], "joint that was measured"),
-        **names_of_fit(fit),
+        "parameter": names,
+        "parameter_2": names,
+        "test": [test.name for test in tests],
+        "own": own_names,
+        "quantity": [test.quantity for test in tests],
+        "joint": [test.joint for test in tests],
+        FIT: variables,
+        OTHER: variables,
     }
     attrs = {"title": "Parameters from frequency responses", "noise": float(np.sqrt(statistics.noise))}
     attrs |= {"free": free_as_text(fit.free), "output_number": tests[0].output, "held": tests[0].held}
     # As a file keeps them: numbers and texts; null for what is neither.
     settings = [{k: v if isinstance(v, (bool, int, float, str)) else None for k, v in test.settings.items()} for test in tests]
     attrs["settings"] = json.dumps(settings)
-    return xr.Dataset(data, coords, attrs)
+    return tabulated("response_identification", data, coords, attrs)
 
 
 def _own_values(fit: ResponseFit, x: Array) -> tuple[list[str], Array]:
