@@ -51,6 +51,10 @@ class Campbell(Result):
         return self.dataset[[name for name in wanted if name in self.dataset]].to_dataframe().reset_index()
 
 
+def _models(name: str, models: Any) -> ProblemAt:
+    return problem_at(models)
+
+
 def _speeds(name: str, speed: Any) -> tuple[float, float]:
     low, high = vector(name, speed, 2).tolist()
     if not 0.0 <= low < high:
@@ -75,7 +79,7 @@ class CampbellWork(Execution):
     frequencies, and each other one the resonance of a mode at the force level.
     """
 
-    models: Annotated[Models, Setting(lambda name, models: problem_at(models))]
+    models: Annotated[Models, Setting(_models)]
     speed: Annotated[tuple[float, float], Setting(_speeds)]
     engine_orders: Annotated[Sequence[int], Setting(engine_orders_of)]
     mode: Annotated[
