@@ -147,6 +147,19 @@ def test_newton_systems_are_solved_with_the_path_condition():
     assert 0 < factors.products < 12
 
 
+def test_newton_systems_near_a_fold_are_solved_to_the_residual():
+    """Along the weakest direction of J the change is much larger than v; what is missed stays a share of v."""
+    balance, evaluation = slipping()
+    omega, n = evaluation.point.omega, evaluation.residual.size
+    D = linalg.block_diag(*balance.derivative(evaluation).astype(float))
+    J = np.eye(n) + D @ balance.receptance(omega).reshape(n, n)
+    U, sizes, _ = linalg.svd(J)
+    v = U[:, -1].reshape(evaluation.residual.shape)
+    assert sizes[-1] < 0.2
+    found = balance.factorise(evaluation, fixed("omega", omega)).solve(v, 0.0, 0.05)
+    assert np.linalg.norm(J @ found.forces.ravel() - v.ravel()) < 0.051
+
+
 def test_a_point_is_a_point_of_the_whole_disk():
     """From the wheel's solution on all rows the whole disk's Newton method hardly moves; on few shapes blades stay near."""
     balance, evaluation = slipping()
