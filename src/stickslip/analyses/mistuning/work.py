@@ -38,7 +38,7 @@ from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.continuation.sweep import swept_curve
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.peaks.search import PeakSearch
-from stickslip.solve.wheels.curve import LEAST, Wheels
+from stickslip.solve.wheels.curve import LEAST, Wheels, sizes_of
 from stickslip.support.checks import Array, InputError, between, fault, of_kind
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
@@ -350,7 +350,7 @@ def _blades(
 ) -> Arrays:
     """Sizes of all blades at the points (points, blades), the maximum of each inside the band and where it is, and the stress of
     each there."""
-    amplitude = np.array([_sizes(balance, point, measure) for point in points])
+    amplitude = np.array([sizes_of(balance, point, measure) for point in points])
     frequency = np.array([point.point.omega for point in points]) / (2.0 * np.pi)
     inside = [k for k, point in enumerate(points) if search is None or search.holds(point.point.omega)]
     peak, highest = amplitude[inside].max(axis=0), [points[inside[k]] for k in amplitude[inside].argmax(axis=0)]
@@ -358,14 +358,15 @@ def _blades(
         assert search is not None
         report(blade / peak.size)
         for found in search.peaks(blade, measure, least=LEAST).points:
-            size = _sizes(balance, found, measure)[blade]
+            size = sizes_of(balance, found, measure)[blade]
             if size > peak[blade] and search.holds(found.point.omega):
                 peak[blade], highest[blade] = size, found
     place = np.array([point.point.omega for point in highest]) / (2.0 * np.pi)
     work = damper_work(balance, highest[int(peak.argmax())])
     stress = sector_stresses(balance, [found.point for found in highest])
     status = {"outcome": np.array(int(Outcome.CONVERGED)), "message": np.array(Outcome.CONVERGED.sentence)}
-    found_arrays = {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place}
+    per = measure.per(points[0].point.level)
+    found_arrays = {"frequency": frequency, "amplitude": amplitude / per, "peak": peak / per, "peak_frequency": place}
     return {**found_arrays, "stress": stress, "damper_work": work, **status}
 
 
@@ -380,9 +381,3 @@ def damper_work(balance: HarmonicBalance, point: CurvePoint) -> Array:
         sector = int(contact.name.split()[0]) if sectors > 1 else 1
         found[sector - 1] += rows[first[c] : first[c + 1]].sum()
     return found
-
-
-def _sizes(balance: HarmonicBalance, point: CurvePoint, measure: Measure) -> Array:
-    """The measure of every blade, per force level where it is reported so."""
-    omega, level = point.point.omega, point.point.level
-    return np.array([measure.size(row, omega) for row in point.evaluation.w[balance.rows :]]) / measure.per(level)

@@ -100,7 +100,7 @@ class Wheels:
         balance.oriented = oriented
         points = self._traced(balance, report)
         search = PeakSearch(balance, points, SEARCHED * tolerance, band=self.tuned.band)
-        omega, sizes = np.array([p.point.omega for p in points]), np.array([_sizes(balance, p, measure) for p in points])
+        omega, sizes = np.array([p.point.omega for p in points]), np.array([sizes_of(balance, p, measure) for p in points])
         best = [points[k] for k in sizes.argmax(axis=0)]
         peak, unproven = sizes.max(axis=0), []
         for b in range(peak.size):
@@ -108,7 +108,7 @@ class Wheels:
             found = search.peaks(b, measure, LEAST)
             unproven += [each for each in found.unproven if each.bound > peak[b]]
             for place in found.points:
-                size = _sizes(balance, place, measure)[b]
+                size = sizes_of(balance, place, measure)[b]
                 if size > peak[b] and search.holds(place.point.omega):
                     peak[b], best[b] = size, place
         omegas = np.array([each.point.omega for each in best])
@@ -168,6 +168,6 @@ def _open(balance: WheelBalance, last: CurvePoint) -> str:
     return f" There, at {omega / (2.0 * np.pi):.6g} Hz, {np.any(force <= 0.0, axis=1).sum()} of {normal.size} contacts lift off."
 
 
-def _sizes(balance: WheelBalance, point: CurvePoint, measure: Measure) -> Array:
+def sizes_of(balance: HarmonicBalance, point: CurvePoint, measure: Measure) -> Array:
     """The measure of every blade."""
     return np.array([measure.size(row, point.point.omega) for row in point.evaluation.w[balance.rows :]])
