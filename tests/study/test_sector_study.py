@@ -141,7 +141,7 @@ def test_a_study_reduces_the_nodal_diameters_that_its_engine_orders_can_excite(f
     orders = ("engine_order = 3 ", "orders = { 4 = 1.0, 8 = 0.5 } ")
     gas = "[aerodynamics]\ndirection = 'tip.y'\nfrequency = 1000.0\ninfluence = [[0, 0.0, 1.0]]\n[excitation]"
     population = [('"forced_response"', '"mistuned_population"'), ("force_levels = [1.0, 5.0]", "force_levels = [1.0]")]
-    population.append(("[sweep]", "[mistuned_population]\n[sweep]"))
+    population.append(("[sweep]", "[mistuned_population]\nblade_scatter = 0.003\n[sweep]"))
     held = {
         "one": study.sweep.problem,
         "several": changed(folder, orders).sweep.problem,
@@ -397,7 +397,10 @@ def test_engine_orders_of_other_models_are_refused(tmp_path):
         job(f'{text}[excitation]\nengine_order = 2\n[sweep]\nfrequency = [0.1, 0.3]\noutputs = ["1.x"]\n', tmp_path, "x")
 
 
-POPULATION = [('"forced_response"', '"mistuned_population"'), ("[sweep]", "[mistuned_population]\n[sweep]")]
+POPULATION = [
+    ('"forced_response"', '"mistuned_population"'),
+    ("[sweep]", "[mistuned_population]\nblade_scatter = 0.003\n[sweep]"),
+]
 FATIGUE = "[fatigue]\nfatigue_strength = 1.0\nultimate_strength = 2.0\n[sweep]"
 SPEEDS = [
     ("sectors = 12", "sectors = 12\nspeed = 9000.0"),

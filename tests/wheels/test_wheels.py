@@ -1,17 +1,22 @@
 """One mistuned wheel on the forces of its contacts, sector by sector, against the whole disk on all degrees of freedom."""
 
+from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import linalg
 
 import stickslip as ss
 from stickslip.analyses.mistuning.disk import blade_dofs, deviating_contacts
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.solve.balance.balance import HarmonicBalance, PathCondition, Point
+from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.wheels.balance import WheelBalance, WheelResonances
+from stickslip.solve.wheels.curve import _open
 from stickslip.solve.wheels.tuned import Shapes, TunedWheel
 
 SECTORS, MASSES, H, SAMPLES, LEVEL = 6, 16, 3, 60, 1.5
@@ -142,6 +147,19 @@ def test_newton_systems_are_solved_with_the_path_condition():
     assert 0 < factors.products < 12
 
 
+def test_newton_systems_near_a_fold_are_solved_to_the_residual():
+    """Along the weakest direction of J the change is much larger than v; what is missed stays a share of v."""
+    balance, evaluation = slipping()
+    omega, n = evaluation.point.omega, evaluation.residual.size
+    D = linalg.block_diag(*balance.derivative(evaluation).astype(float))
+    J = np.eye(n) + D @ balance.receptance(omega).reshape(n, n)
+    U, sizes, _ = linalg.svd(J)
+    v = U[:, -1].reshape(evaluation.residual.shape)
+    assert sizes[-1] < 0.2
+    found = balance.factorise(evaluation, fixed("omega", omega)).solve(v, 0.0, 0.05)
+    assert np.linalg.norm(J @ found.forces.ravel() - v.ravel()) < 0.051
+
+
 def test_a_point_is_a_point_of_the_whole_disk():
     """From the wheel's solution on all rows the whole disk's Newton method hardly moves; on few shapes blades stay near."""
     balance, evaluation = slipping()
@@ -262,5 +280,63 @@ def test_peaks_of_blades_are_those_of_the_whole_disk(scatter, mistuning, monkeyp
 
     monkeypatch.setattr(work.wheels, "curve", lost)
     again = work.solve(1, lambda share: None)
+    np.testing.assert_allclose(again["peak"], expected["peak"], rtol=1e-6)
+    assert str(again["message"]).startswith("Solved as a whole")
+    monkeypatch.setattr(type(work), "large", True)
+    again = work.solve(1, lambda share: None)
     assert np.isnan(again["peak"]).all()
-    assert str(again["message"]).startswith("It ended. Lift-off")
+    assert str(again["message"]).startswith("It ended. Take a lower force")
+
+
+def test_a_disk_without_deviations_is_the_tuned_disk():
+    """Every blade as the one of the tuned disk, bit by bit, whatever the wheel's own solver can follow."""
+    work = work_of(scatter=ss.Scatter(blade=0.0), force=0.3, harmonics=1, samples=24)
+    tuned, disk = (work.solve(case, lambda share: None) for case in (0, 1))
+    assert work.by_sector
+    for name in ("peak", "peak_frequency", "damper_work"):
+        assert disk[name].tolist() == SECTORS * tuned[name].tolist(), name
+    assert disk["amplitude"].shape == (tuned["frequency"].size, SECTORS)
+    assert disk["stress"].shape[0] == SECTORS
+
+
+def test_the_receptance_and_its_determinant_are_those_of_the_wheel():
+    """All columns of R as the motion of single forces; the sign of the determinant is that of J with the path condition."""
+    balance, evaluation = slipping()
+    omega, forces = evaluation.point.omega, some_forces(balance)
+    R = balance.receptance(omega)
+    moved = balance.change(forces, omega)[: balance.rows]
+    np.testing.assert_allclose(np.tensordot(R, -forces, 2), moved, atol=1e-6 * np.abs(moved).max())
+    D, n = linalg.block_diag(*balance.derivative(evaluation)), forces.size
+    J = np.eye(n) + D @ R.reshape(n, n)
+    by_omega = balance.slope(evaluation.point)[: balance.rows].ravel()
+    balance.oriented = True
+    try:
+        signs = []
+        for sign in (-1.0, 1.0):
+            weight = sign * np.random.default_rng(1).standard_normal(evaluation.w.shape)
+            condition = PathCondition("omega", weight, 0.0, 0.0)
+            row, slope = np.zeros(n), 0.0
+            row = -weight.ravel()[:n] @ R.reshape(n, n)
+            outputs = [balance.change(unit.reshape(forces.shape), omega)[balance.rows :] for unit in np.eye(n)]
+            row = row + np.array([np.vdot(weight[balance.rows :], each) for each in outputs])
+            slope = np.vdot(weight, balance.slope(evaluation.point))
+            v = -(D @ by_omega) - evaluation.state.by_omega.ravel()
+            whole = np.block([[J, v[:, None]], [row[None], np.array([[slope]])]])
+            assert balance.factorise(evaluation, condition).orientation == np.linalg.slogdet(whole)[0]
+            signs.append(np.linalg.slogdet(whole)[0])
+        assert signs[0] == -signs[1]
+    finally:
+        balance.oriented = False
+
+
+def test_lost_curves_say_how_many_contacts_lift_off():
+    """At a higher level than that of a solved point some contacts open and others do not."""
+    balance, solved = slipping()
+    evaluation = balance.evaluate(replace(solved.point, level=2.0 * solved.point.level))
+    words = _open(balance, SimpleNamespace(point=evaluation.point, evaluation=evaluation))
+    gaps = balance.contacts_of(evaluation.w)
+    table = balance.table
+    force = contact_cycle(table, balance.tables, gaps, evaluation.point.omega).force[table.normal_row]
+    opened = int((force.min(axis=1) == 0.0).sum())
+    assert 0 < opened < len(force)
+    assert f"{opened} of {len(force)} contacts lift off." in words

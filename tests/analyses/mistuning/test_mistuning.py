@@ -155,8 +155,17 @@ def test_a_study(tmp_path):
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
-        ("# missing = [3]", "blade = [0.01, -0.01]", "Mistuning, blade must have 24 entries"),
-        ("# missing = [3]", "missing = [25]", "must hold sectors from 1 to 24"),
+        (
+            "# missing = [3]",
+            "blade = [0.01, -0.01]",
+            r"^Line 28, \[mistuned_population\]: blade must hold one number for each of the 24 sectors, but holds 2",
+        ),
+        ("# missing = [3]", "kt = []", "kt must hold one number for each of the 24 sectors, but holds 0"),
+        ("# missing = [3]", "missing = [25]", r"^Line 28, \[mistuned_population\]: missing must hold sectors from 1 to 24"),
+        ("blade_scatter = 0.003", "blade_scatter = 0.25", "blade_scatter must be below 0.25"),
+        ("blade_scatter = 0.003", "blade_scatter = -0.1", "blade_scatter must be at least 0"),
+        ("# missing = [3]", "blade = 1.0", "blade must be below 1"),
+        ("# missing = [3]", "kt = -1.0", "kt must be above -1"),
         ("# missing = [3]", 'blade_nodes = ["tipp"]', "Did you mean 'tip'"),
         ("# missing = [3]", 'blade_nodes = ["damper"]', "must name what stiffness holds"),
         ("[0.4]", "[0.4, 0.8]", "one force level"),
@@ -169,6 +178,23 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
     path.write_text(text.replace(before, after, 1))
     with pytest.raises(InputError, match=words):
         read(path)
+
+
+def test_a_population_without_deviations_is_refused_or_said(tmp_path):
+    """Zero is the end of a scan; nothing at all is a key forgotten."""
+    path = write_new("mistuned_population", tmp_path / "study.toml")[0]
+    text = path.read_text()
+    path.write_text(text.replace("blade_scatter", "#").replace("missing_probability", "#"))
+    with pytest.raises(
+        InputError, match=r"^Line 20, \[mistuned_population\]: a deviation must be given, such as blade_scatter = 0.003"
+    ):
+        read(path)
+    path.write_text(text.replace("blade_scatter = 0.003", "blade_scatter = 0.0"))
+    assert read(path).plan.summary.endswith(", all as the tuned one, since every deviation is zero")
+    path.write_text(text.replace("blade_scatter = 0.003", "blade = 0.01"))
+    assert read(path).plan.summary.endswith("24 sectors, all alike")
+    path.write_text(text)
+    assert read(path).plan.summary.endswith("24 sectors")
 
 
 @pytest.mark.parametrize(
@@ -295,3 +321,11 @@ def test_a_deviation_meets_a_law_that_has_it():
         ss.mistuned_disk(replace(disk, contacts=contacts), ss.Mistuning(kn=0.1))
     with pytest.raises(ss.InputError, match="kn must meet a contact law that has it"):
         PopulationWork(replace(disk, contacts=contacts), ss.hertz(140.0, 156.0), 1, ss.Scatter(kn=0.1))
+    still = replace(disk, forces=tuple(replace(each, static=0.0) for each in disk.forces))
+    for scatter, words in ((ss.Scatter(pull=0.1), "pull must meet a static load"), (ss.Scatter(missing=0.1), "")):
+        if words:
+            with pytest.raises(ss.InputError, match=words):
+                PopulationWork(still, ss.hertz(140.0, 156.0), 1, scatter)
+        PopulationWork(disk, ss.hertz(140.0, 156.0), 1, scatter)
+    held = replace(still, contacts=contacts)
+    assert PopulationWork(held, ss.hertz(140.0, 156.0), 1, ss.Scatter(pull=0.1)).scatter.names == ["pull"]

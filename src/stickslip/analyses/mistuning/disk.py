@@ -45,6 +45,12 @@ class Mistuning:
 
     def of(self, sectors: int) -> "Mistuning":
         """The same as arrays of `sectors` entries; every deviation above −1."""
+        for name in RELATIVE:
+            if np.ndim(given := self.deviation(name)) and given.size != sectors:
+                raise InputError(
+                    f"Mistuning, {name} must hold one number for each of the {sectors} sectors, but holds {given.size}. "
+                    "A number without brackets counts for all."
+                )
         found = {name: vector(f"Mistuning, {name}", getattr(self, name), sectors) for name in RELATIVE}
         for name, deviation in found.items():
             if deviation.size and deviation.min() <= -1.0:
@@ -55,6 +61,11 @@ class Mistuning:
         """Both together, of arrays: factors multiply."""
         both = {name: (1.0 + base.deviation(name)) * (1.0 + self.deviation(name)) - 1.0 for name in RELATIVE}
         return Mistuning(**both, missing=tuple(sorted({*base.missing, *self.missing})))
+
+    @property
+    def names(self) -> list[str]:
+        """What deviates, as of `RELATIVE`, and "missing"."""
+        return [name for name in (*RELATIVE, "missing") if np.any(self.deviation(name))]
 
     def deviation(self, name: str) -> Array:
         """One of the deviations, by its name in `RELATIVE`."""
@@ -107,6 +118,11 @@ class Scatter:
         if self.sampling not in SAMPLING:
             raise fault("Scatter, sampling", "must be a known one", self.sampling, nearest(str(self.sampling), SAMPLING))
 
+    @property
+    def names(self) -> list[str]:
+        """What is drawn."""
+        return [name for name in (*RELATIVE, "missing") if getattr(self, name)]
+
     def draw(self, sectors: int, seed: int, sample: int) -> Mistuning:
         """The deviations of one sample. They depend on the seed and its number alone, and one scatter does not move another."""
         normal, even = SAMPLING[self.sampling](sectors, seed, sample)
@@ -129,6 +145,7 @@ def mistuned_disk(
     where it is known, also on few coordinates (`few_waves`).
     """
     given = mistuning.of(disk.sectors)
+    refuse_unmet(disk, given.names)
     full = disk.full() if whole is None else whole
     parts = len(disk.contacts), len(disk.forces), len(disk.mean_springs)
     contacts = deviating_contacts(full.contacts, given)
@@ -147,16 +164,21 @@ def mistuned_disk(
     )
 
 
-def refuse_unmet(contacts: Sequence[Contact], names: Sequence[str]) -> None:
-    """Refuse deviations, by their names in `RELATIVE`, of what no contact law has."""
-    for name in RELATIVE[1:4]:
-        if name in names and not any(np.any(getattr(contact.law, name, None)) for contact in contacts):
-            raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
+def refuse_unmet(disk: TunedDisk, names: Sequence[str]) -> None:
+    """Refuse deviations, by their names in `RELATIVE` or "missing", of what the disk does not have."""
+    for name in names:
+        fields = LAW_FIELDS.get(name, ())
+        met = any(np.any(getattr(contact.law, field, None)) for contact in disk.contacts for field in fields)
+        if name == "pull" and not (met or np.any(disk.static_load)):
+            raise InputError("Mistuning, pull must meet a static load or a preload, but the disk has none.")
+        if name in ("kt", "kn", "mu") and not met:
+            raise InputError(f"Mistuning, {name} must meet a contact law that has it, but none does.")
+        if name == "missing" and not loose_dofs(disk):
+            raise InputError("Mistuning, missing must meet dampers that only their contacts hold, but the sector has none such.")
 
 
 def deviating_contacts(contacts: Sequence[Contact], given: Mistuning) -> list[Contact]:
     """The contacts of all sectors, one sector after the other, with the deviations of their laws."""
-    refuse_unmet(contacts, [name for name in RELATIVE if given.deviation(name).any()])
     found, each = [], len(contacts) // given.deviation("mu").size
     names = [(field, name) for name, fields in LAW_FIELDS.items() for field in fields]
     for k, contact in enumerate(contacts):
@@ -185,8 +207,7 @@ def _with_own_damping(disk: TunedDisk, structure: Structure, given: Mistuning) -
     states, and general complex eigenvectors to find them.
     """
     rule = disk.structure.damping
-    changed = given.missing or any(given.deviation(name).any() for name in ("blade", "kt", "kn"))
-    if not (changed and isinstance(rule, ModalDamping) and np.ndim(rule.ratio) == 0):
+    if not ({*given.names} & {"blade", "kt", "kn", "missing"} and isinstance(rule, ModalDamping) and np.ndim(rule.ratio) == 0):
         return structure
     return structure.with_damping(rule)
 
@@ -210,8 +231,6 @@ def blade_dofs(disk: TunedDisk, blade: Sequence[str] | None = None) -> list[str]
 
 def _without(structure: Structure, lost: set[str]) -> Structure:
     """The structure without some degrees of freedom; on few coordinates dampers keep theirs, which go with them."""
-    if not lost:
-        raise InputError("A missing damper must be a body that only its contacts hold, but the sector has none such.")
     stays = np.array([dof not in lost for dof in structure.dofs])
     dofs, shapes, kept = tuple(dof for dof in structure.dofs if dof not in lost), structure.shapes, np.flatnonzero(stays)
     if shapes is not None:

@@ -38,7 +38,7 @@ from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.continuation.sweep import swept_curve
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.peaks.search import PeakSearch
-from stickslip.solve.wheels.curve import LEAST, Wheels
+from stickslip.solve.wheels.curve import LEAST, Wheels, sizes_of
 from stickslip.support.checks import Array, InputError, between, fault, of_kind
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
@@ -108,7 +108,7 @@ SHIFTED = 0.1
 """Mean deviation of contact stiffness from which a disk is solved as a whole: at half the stiffness in all sectors peaks were 1 %
 too low, at a tenth 3 %, as the damping ratio belongs to the tuned modes; at ±80 % about the tuned one 0.3 %."""
 
-LIFTING = "Lift-off may be the cause: take a lower force, or solve at single frequencies, a list (`at` of [sweep])."
+LIFTING = "Take a lower force, or solve at single frequencies, a list (`at` of [sweep])."
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,8 +149,7 @@ class PopulationWork(MeasuredOutput, Execution):
         if len(sweep.levels) != 1:
             raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
         object.__setattr__(self, "sweep", sweep)
-        drawn = [name for name in RELATIVE if getattr(self.scatter, name) or self.base.deviation(name).any()]
-        refuse_unmet(self.disk.contacts, drawn)
+        refuse_unmet(self.disk, [*self.base.names, *self.scatter.names])
         _ = self.blade_dofs
 
     @cached_property
@@ -276,7 +275,7 @@ class PopulationWork(MeasuredOutput, Execution):
         started = time.process_time()
         try:
             if case and self.by_sector:
-                arrays = self._wheel(self.deviations(case - 1), report)
+                arrays = self._wheel(self.deviations(case - 1).of(self.disk.sectors), report)
             else:
                 arrays = self._solved(self.started if case == 0 else self.mistuned(case - 1), report)
         except (LostCurveError, LinAlgError, InputError) as reason:
@@ -288,13 +287,31 @@ class PopulationWork(MeasuredOutput, Execution):
         return {**arrays, "cpu_seconds": np.array(time.process_time() - started)}
 
     def _wheel(self, given: Mistuning, report: Report) -> Arrays:
-        """Of a disk that is solved sector by sector."""
+        """Of a disk that is solved sector by sector; where that loses it or leaves a maximum unproven, as a whole, which would
+        take hours for a large disk."""
+        if not given.names:
+            tuned, N = self._solved(self.started, report), self.disk.sectors
+            each = {name: np.repeat(tuned[name], N, axis=-1) for name in ("amplitude", "peak", "peak_frequency", "damper_work")}
+            return {**tuned, **each, "stress": np.repeat(tuned["stress"], N, axis=0)}
         measure, blade, pull = self.sweep.measure, given.deviation("blade"), 1.0 + given.deviation("pull")
         contacts = deviating_contacts(self.started.contacts * self.disk.sectors, given)
-        try:
-            found = self.wheels.curve(blade, pull, contacts, measure, self.peak_tolerance, report)
-        except LostCurveError as lost:
-            raise LostCurveError(f"{lost} {LIFTING}") from None
+        found, reasons = None, []
+        for oriented in (False,) if self.large else (False, True):
+            try:
+                found = self.wheels.curve(blade, pull, contacts, measure, self.peak_tolerance, report, oriented)
+            except (LostCurveError, LinAlgError) as lost:
+                reasons.append(str(lost))
+            if found is not None and not found.unproven:
+                break
+        else:
+            try:
+                if not self.large:
+                    whole = self._solved(mistuned_disk(self.started, given, self.blade_dofs, self.whole), report)
+                    return {**whole, "message": np.array("Solved as a whole: sector by sector it was lost.")}
+            except (LostCurveError, LinAlgError) as lost:
+                reasons.append(f"As a whole: {lost}")
+        if found is None:
+            raise LostCurveError(" ".join((*reasons[-2:], LIFTING)))
         per, hertz = measure.per(self.sweep.levels[0]), 0.5 / np.pi
         stress = np.zeros((blade.size, 0, len(SIZES) + len(COMPONENTS)))
         arrays = {"frequency": hertz * found.omega, "amplitude": found.sizes / per, "peak": found.peak / per}
@@ -333,7 +350,7 @@ def _blades(
 ) -> Arrays:
     """Sizes of all blades at the points (points, blades), the maximum of each inside the band and where it is, and the stress of
     each there."""
-    amplitude = np.array([_sizes(balance, point, measure) for point in points])
+    amplitude = np.array([sizes_of(balance, point, measure) for point in points])
     frequency = np.array([point.point.omega for point in points]) / (2.0 * np.pi)
     inside = [k for k, point in enumerate(points) if search is None or search.holds(point.point.omega)]
     peak, highest = amplitude[inside].max(axis=0), [points[inside[k]] for k in amplitude[inside].argmax(axis=0)]
@@ -341,14 +358,15 @@ def _blades(
         assert search is not None
         report(blade / peak.size)
         for found in search.peaks(blade, measure, least=LEAST).points:
-            size = _sizes(balance, found, measure)[blade]
+            size = sizes_of(balance, found, measure)[blade]
             if size > peak[blade] and search.holds(found.point.omega):
                 peak[blade], highest[blade] = size, found
     place = np.array([point.point.omega for point in highest]) / (2.0 * np.pi)
     work = damper_work(balance, highest[int(peak.argmax())])
     stress = sector_stresses(balance, [found.point for found in highest])
     status = {"outcome": np.array(int(Outcome.CONVERGED)), "message": np.array(Outcome.CONVERGED.sentence)}
-    found_arrays = {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place}
+    per = measure.per(points[0].point.level)
+    found_arrays = {"frequency": frequency, "amplitude": amplitude / per, "peak": peak / per, "peak_frequency": place}
     return {**found_arrays, "stress": stress, "damper_work": work, **status}
 
 
@@ -363,9 +381,3 @@ def damper_work(balance: HarmonicBalance, point: CurvePoint) -> Array:
         sector = int(contact.name.split()[0]) if sectors > 1 else 1
         found[sector - 1] += rows[first[c] : first[c + 1]].sum()
     return found
-
-
-def _sizes(balance: HarmonicBalance, point: CurvePoint, measure: Measure) -> Array:
-    """The measure of every blade, per force level where it is reported so."""
-    omega, level = point.point.omega, point.point.level
-    return np.array([measure.size(row, omega) for row in point.evaluation.w[balance.rows :]]) / measure.per(level)

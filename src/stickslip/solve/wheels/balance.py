@@ -42,7 +42,10 @@ class At(NamedTuple):
 
 class WheelBalance(HarmonicBalance):
     """One wheel on shapes; contacts: of one sector after the other; blade, pull: deviations of blade frequencies and factors of
-    static loads, (N,)."""
+    static loads, (N,). oriented: whether a determinant shows the way along a curve beyond sharp folds, which takes longer.
+    """
+
+    oriented = False
 
     def __init__(
         self, wheel: TunedWheel, shapes: Shapes, samples: int, contacts: Sequence[Contact], blade: Array, pull: Array
@@ -146,6 +149,20 @@ class WheelBalance(HarmonicBalance):
         modal, waves = self._driven(forces)
         return self._moved(self._amplitudes(at.gains, modal), (at.by_forces @ waves)[..., 0])
 
+    def receptance(self, omega: float) -> NDArray[np.float32]:
+        """R of the contacts of all sectors, (N r, 2H+1, N r, 2H+1)."""
+        at, N, r, moved = self.at(omega), self.wheel.sectors, self.shapes.size, self.modes.contacts
+        found = np.zeros((self.rows, self.columns, self.rows, self.columns), dtype=np.float32)
+        apart = (np.arange(N)[:, None] - np.arange(N)) % N
+        for h, between in enumerate(np.fft.fft(at.by_forces[:, :, :r], axis=1) / N):
+            gained = moved @ self.modes.held if h == 0 else moved * at.gains[:, h]
+            R = gained @ moved.T + between[apart].transpose(0, 2, 1, 3).reshape(self.rows, self.rows)
+            a, b = max(2 * h - 1, 0), 2 * h
+            found[:, a, :, a] = found[:, b, :, b] = R.real
+            if h:
+                found[:, a, :, b], found[:, b, :, a] = R.imag, -R.imag
+        return found
+
     def slope(self, point: Point) -> Array:
         """Derivative of the motion by ω at fixed μ."""
         at = self.at(point.omega)
@@ -155,8 +172,8 @@ class WheelBalance(HarmonicBalance):
 
     def evaluate(self, point: Point) -> Evaluation:
         """Motion, residual and the derivatives of the contacts themselves, which `WheelFactors` brings to the shapes."""
-        N, c, w = self.wheel.sectors, self.columns, self.motion(point)
-        contacts = (self.scaled @ w[: self.rows].reshape(N, -1, c)).reshape(-1, c)
+        c, w = self.columns, self.motion(point)
+        contacts = self.contacts_of(w)
         target, unknown, own, coupling, cross, by_omega = contact_answer(self.table, self.tables, contacts, point.omega)
         target += self.stiffer[:, None] * contacts
         own[:, np.arange(c), np.arange(c)] += self.stiffer[:, None]
@@ -166,6 +183,11 @@ class WheelBalance(HarmonicBalance):
         error = float(np.linalg.norm(residual) / max(np.linalg.norm(carried), np.finfo(float).tiny))
         state = State(point.forces, np.empty((0, 0, 0), dtype=complex), w, residual, unknown, own, coupling, cross, by, error)
         return Evaluation(point, self.table, state)
+
+    def contacts_of(self, w: Array) -> Array:
+        """Motion of the contacts of all sectors, (N rows, 2H+1), from that of the shapes."""
+        c = self.columns
+        return np.asarray((self.scaled @ w[: self.rows].reshape(self.wheel.sectors, -1, c)).reshape(-1, c))
 
     def _on_shapes(self, rows: Array) -> Array:
         return np.asarray((self.scaled.T @ rows.reshape(self.wheel.sectors, -1, self.columns)).reshape(self.rows, self.columns))

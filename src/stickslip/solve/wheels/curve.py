@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.solve.balance.balance import HarmonicBalance, Point
-from stickslip.solve.balance.energy import cycle_work
+from stickslip.solve.balance.energy import contact_cycle, cycle_work
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
@@ -38,6 +38,9 @@ CLOSE = 0.01
 
 STEPS = StepControl(error=0.1, largest=1.5)
 """Longer steps than those of other curves: searches of peaks divide those that hold one."""
+
+FOLDED = StepControl(error=0.1, largest=1.5, points=400)
+"""The same along oriented curves; more points would take longer than the whole disk, whose time is that of 400 on 12 sectors."""
 
 LEAST = 0.9
 """Peaks of a blade whose curve stays below this share of its highest point are left out unsolved."""
@@ -86,15 +89,18 @@ class Wheels:
         measure: Measure,
         tolerance: float,
         report: Callable[[float], None] = lambda share: None,
+        oriented: bool = False,
     ) -> WheelCurve:
         """The wheel with deviations of its blade frequencies (N,), factors of its static loads (N,), and contacts of all sectors.
 
-        tolerance: relative, of the highest peak. Raises `LostCurveError` where the curve does not cross the band.
+        tolerance: relative, of the highest peak; oriented: as of `WheelBalance`. Raises `LostCurveError` where the curve does not
+        cross the band.
         """
         balance = WheelBalance(self.tuned, self.few, self.samples, contacts, blade, pull)
+        balance.oriented = oriented
         points = self._traced(balance, report)
         search = PeakSearch(balance, points, SEARCHED * tolerance, band=self.tuned.band)
-        omega, sizes = np.array([p.point.omega for p in points]), np.array([_sizes(balance, p, measure) for p in points])
+        omega, sizes = np.array([p.point.omega for p in points]), np.array([sizes_of(balance, p, measure) for p in points])
         best = [points[k] for k in sizes.argmax(axis=0)]
         peak, unproven = sizes.max(axis=0), []
         for b in range(peak.size):
@@ -102,7 +108,7 @@ class Wheels:
             found = search.peaks(b, measure, LEAST)
             unproven += [each for each in found.unproven if each.bound > peak[b]]
             for place in found.points:
-                size = _sizes(balance, place, measure)[b]
+                size = sizes_of(balance, place, measure)[b]
                 if size > peak[b] and search.holds(place.point.omega):
                     peak[b], best[b] = size, place
         omegas = np.array([each.point.omega for each in best])
@@ -122,14 +128,16 @@ class Wheels:
             first = correct_wheel(balance, start, fixed("omega", omega), iterations=40, halvings=8)
             points: list[CurvePoint] = []
             try:
-                for point in trace(balance, first, "omega", end, STEPS) if first.converged else ():
+                for point in (
+                    trace(balance, first, "omega", end, FOLDED if balance.oriented else STEPS) if first.converged else ()
+                ):
                     points.append(point)
                     report(0.5 * abs(point.point.omega - omega) / (high - low))
                 if points:
                     return points
                 lost.append(f"Newton's method failed at {omega / (2.0 * np.pi):g} Hz, an end of the band.")
             except LostCurveError as reason:
-                lost.append(f"From {omega / (2.0 * np.pi):g} Hz: {reason}")
+                lost.append(f"From {omega / (2.0 * np.pi):g} Hz: {reason}{_open(balance, points[-1])}")
         raise LostCurveError(" ".join(lost))
 
     def _climbed(
@@ -153,6 +161,13 @@ class Wheels:
         return size, evaluation.point.omega, work.reshape(self.tuned.sectors, -1).sum(axis=1)
 
 
-def _sizes(balance: WheelBalance, point: CurvePoint, measure: Measure) -> Array:
+def _open(balance: WheelBalance, last: CurvePoint) -> str:
+    """How many contacts lift off during a period at the last point, as a sentence."""
+    omega, normal = last.point.omega, balance.table.normal_row[balance.table.normal_row >= 0]
+    force = contact_cycle(balance.table, balance.tables, balance.contacts_of(last.evaluation.w), omega).force[normal]
+    return f" There, at {omega / (2.0 * np.pi):.6g} Hz, {np.any(force <= 0.0, axis=1).sum()} of {normal.size} contacts lift off."
+
+
+def sizes_of(balance: HarmonicBalance, point: CurvePoint, measure: Measure) -> Array:
     """The measure of every blade."""
     return np.array([measure.size(row, point.point.omega) for row in point.evaluation.w[balance.rows :]])

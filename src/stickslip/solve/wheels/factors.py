@@ -62,9 +62,6 @@ class Preconditioner(NamedTuple):
 class WheelFactors:
     """Newton's system of an evaluation with its path condition, ready to be solved; products: of the last solution."""
 
-    orientation = 1.0
-    """The way along a curve is that in which its planes are numbered: no determinant is known."""
-
     def __init__(
         self, balance: WheelBalance, evaluation: Evaluation, condition: PathCondition, D: Single, M: Preconditioner
     ) -> None:
@@ -83,6 +80,17 @@ class WheelFactors:
     def at(self, evaluation: Evaluation) -> WheelFactors:
         """Those of another evaluation, with the same M."""
         return WheelFactors(self.balance, evaluation, self.condition, self.balance.derivative(evaluation), self.preconditioner)
+
+    @property
+    def orientation(self) -> float:
+        """Sign of the determinant of the system with its path condition, that of J times that of dω as the condition grows; 1
+        where the curve goes on as its planes are numbered."""
+        balance, (N, size, _) = self.balance, self.D.shape
+        if not balance.oriented:
+            return 1.0
+        pushed = self.D @ balance.receptance(self.evaluation.point.omega).reshape(N, size, -1)
+        J = np.eye(N * size, dtype=np.float32) + pushed.reshape(N * size, -1)
+        return float(np.linalg.slogdet(J)[0] * np.sign(balance.tangent(self.evaluation, "omega", self).rate))
 
     @property
     def size(self) -> int:
@@ -115,10 +123,15 @@ class WheelFactors:
         return np.asarray(x.forces - self._pushed(x.motion) - x.omega * self.evaluation.state.by_omega)
 
     def solve(self, v: Array, short: float, tolerance: float) -> Change:
-        """The change for which J δμ + ∂R/∂ω δω = v to a relative tolerance, and the path condition changes by `short`."""
+        """The change for which J δμ + ∂R/∂ω δω = v to a tolerance, and the path condition changes by `short`.
+
+        The tolerance is relative to the smaller of v and δμ. Near a fold δμ is much larger than v: to a share of it alone no
+        step would reduce the residual.
+        """
         first = self.estimate(v, short)
         missed = v - self._applied(first)
-        size, goal = float(np.linalg.norm(missed)), tolerance * float(np.linalg.norm(first.forces))
+        size, changed, given = (float(np.linalg.norm(each)) for each in (missed, first.forces, v))
+        goal = tolerance * (min(changed, given) if given else changed)
         if not size > goal:
             return first
         basis, found, products = np.empty((MOST + 1, v.size)), [first], np.zeros((MOST + 1, MOST))

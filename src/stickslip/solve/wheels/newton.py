@@ -31,6 +31,7 @@ LEAST_GAIN = 0.3
 
 
 @correct.register
+@np.errstate(over="ignore", invalid="ignore")  # trials far away, which the search of a step refuses
 def correct_wheel(
     balance: WheelBalance,
     start: Point,
@@ -105,7 +106,8 @@ def step_wheel(balance: WheelBalance, place: Place, along: Tangent, distance: fl
     evaluation, direction = found.evaluation, found.direction or DIRECTION
     active = np.array([np.count_nonzero(evaluation.unknown)])
     point, state = evaluation.point, evaluation.without_derivatives().state
-    bordered = BORDERED._replace(offsets=active, sign=1.0)
+    sign = found.factors.orientation if found.converged and found.factors is not None else 1.0
+    bordered = BORDERED._replace(offsets=active, sign=sign)
     ended = found.converged, found.singular
     done = Found(found.start_motion, state, point.omega, point.level, bordered, direction, found.history, *ended)
     if not found.converged:
@@ -115,7 +117,7 @@ def step_wheel(balance: WheelBalance, place: Place, along: Tangent, distance: fl
     most = [max(pair) for pair in zip(sizes, (solver.contacts, solver.outputs), strict=True)]
     scales = [max(size, LEAST * largest) for size, largest in zip(sizes, most, strict=True)]
     own = relative_metric(state.w, balance.rows, scales, solver.scale)
-    length = own.length(direction.motion, direction.rate)
+    length = own.length(direction.motion, direction.rate) * np.sign(solver.orientation * sign)
     tangent = Tangent(direction.forces / length, direction.motion / length, direction.rate / length)
     error = metric.length(state.w - found.start_motion, point.omega - start.omega)
     chord = metric.length(state.w - place.w, point.omega - place.omega)
