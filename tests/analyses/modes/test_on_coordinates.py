@@ -1,4 +1,4 @@
-"""Newton's linear system of a nonlinear mode on the coordinates of the structure against the one on λ: one solution to rounding."""
+"""Newton's linear system of a nonlinear mode on coordinates of the structure and on λ: one solution to rounding."""
 
 from copy import copy
 from dataclasses import replace

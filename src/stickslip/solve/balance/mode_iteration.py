@@ -513,7 +513,7 @@ def factorise_mode(system: ModeSystem, state: State, omega: float, level: float,
 
 @inner
 def _takes_coordinates(system: ModeSystem, unknowns: int) -> bool:
-    """Whether Newton's matrix stands on coordinates: of one structure of real modes that has fewer of them than λ has unknowns."""
+    """Whether Newton's matrix stands on coordinates: of one structure of real modes, fewer than the unknowns of λ."""
     structure, kept = system.structure, system.kept.size
     one = structure.real.shape[0] == 1 and structure.imaginary.size == 0
     return one and fewer(system.form, kept * structure.squares.shape[1], unknowns, kept)

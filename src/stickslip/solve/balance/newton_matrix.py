@@ -385,7 +385,7 @@ def received_by_pushed(
     blocks: tuple[Array, Array, Array],
     matrix: Array,
 ) -> int:
-    """Add Ψᵀ E Φ to matrix[:M, :M], zeros before; the number of multiplications of contact rows. received Ψ and shape Φ (rows, m);
+    """Add Ψᵀ E Φ to matrix[:M, :M], zeros before; the multiplications of contact rows. received Ψ, shape Φ (rows, m);
     firsts (kept,): the first coordinate of each column; blocks: own, coupling and cross of E."""
     own, coupling, cross = blocks
     normal, partner = table.loading_row, table.partner_row
