@@ -405,7 +405,7 @@ class Modes(Settings):
                 work = replace(work, problem=with_forces(work.problem, few_combinations(np.hstack(forces), share), share))
         return work
 
-    def left_out(self, balance: ModeBalance, points: Sequence[CurvePoint]) -> Arrays:
+    def left_out(self, balance: ModeBalance, points: Sequence[CurvePoint]) -> dict[str, NDArray[Any]]:
         """Of a finite-element model, the largest changes of frequency and damping ratio, (2,), at both ends of a curve and at its
         most damped point by all shapes of the contact forces there and by what the inertia of all shapes deforms: relative to
         the frequency and to the largest damping ratio."""

@@ -548,15 +548,14 @@ def _respond_in_line(structure: ExtendedStructure, gains: Complex, kept: Index, 
     size, k = structure.squares.shape[1], 0
     while k < kept.size:
         h = (kept[k] + 1) // 2
-        cosine = values[k * size : (k + 1) * size]
-        if h == 0:
-            cosine[:] = _respond(gains[h], cosine + 0j).real
-            k += 1
-            continue
-        sine = values[(k + 1) * size : (k + 2) * size]
-        found = _respond(gains[h], cosine - 1j * sine)
-        cosine[:], sine[:] = found.real, -found.imag
-        k += 2
+        sine = k + 1 if h else k
+        cosines, sines = values[k * size : (k + 1) * size], values[sine * size : (sine + 1) * size]
+        load = np.empty(cosines.shape, dtype=np.complex128)
+        load[:] = cosines - 1j * sines if h else cosines + 0j
+        found = _respond(gains[h], load)
+        sines[:] = -found.imag
+        cosines[:] = found.real
+        k = sine + 1
 
 
 def factorised_on_coordinates_signature() -> Any:
