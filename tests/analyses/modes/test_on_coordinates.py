@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from balance.problems import everything
+from balance.problems import everything, structure
 from balance.test_linear_part import CASES as DAMPINGS
 
+import stickslip as ss
+from stickslip.model.contact.point import between
 from stickslip.model.contact.protocol import HELD
 from stickslip.model.rigs import chain, chain_varying_load, three_mass_wedge
 from stickslip.solve.balance.balance import PathCondition
@@ -23,6 +25,12 @@ PROBLEMS = {
     "chain": chain_varying_load(),
     "three sliders": chain(6, sliders=(4, 5, 6), forced=3),
 }
+PROBLEMS["rate"] = ss.Problem(
+    structure(),
+    (ss.Contact("bristles", ss.LuGre(2.0, 0.5, 0.7, 0.3, 0.1, 0.05, normal_load=1.2), (between("1.x", "ground"),)),),
+    (ss.Force("1.x", 1.0),),
+    ("1.x",),
+)
 TIGHT = 1e-8
 
 

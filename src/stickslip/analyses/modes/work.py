@@ -397,7 +397,7 @@ class Modes(Settings):
                     points = followed(balance, *work.levels(balance))
                     forces += [scaled(point.point.forces[: balance.rows]) for point in points]
                     errors += list(work.left_out(balance, points).values()) if number else []
-                worst = float(np.max(errors))
+                worst = float(np.max(np.nan_to_num(errors, nan=1.0)))  # too far away to be solved
                 if not forces or (number and not SETTLED < worst < 0.5 * before):
                     break
                 if number:

@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.analyses.modes.synthesis import SATURATION, saturated
 from stickslip.analyses.modes.work import MESH_ERRORS
+from stickslip.analyses.truncation import ALLOWED
 from stickslip.results.view import length_text, spread
 from stickslip.show.plots import nonlinear_modes as plots
 from stickslip.show.plots.paper import Figures
@@ -74,10 +75,13 @@ def on_mesh(dataset: xr.Dataset) -> list[str]:
     number = dataset.sizes["dof"]
     if np.isnan(frequency):
         return [f"The error by the {number} coordinates of the mesh is not known: the motion on more of them was not found"]
-    return [
+    found = (
         f"What contacts deform beyond the {number} coordinates of the mesh changes frequencies by up to {in_percent(frequency)} "
         f"and damping ratios by up to {in_percent(damping)} of the largest"
-    ]
+    )
+    if max(frequency, damping) <= ALLOWED:
+        return [found]
+    return [f"  warning: {found}. More harmonics bring more modes of the structure: compare with one more"]
 
 
 def _level_lines(mode: xr.Dataset, output: str) -> list[str]:
