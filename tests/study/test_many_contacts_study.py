@@ -90,14 +90,14 @@ def test_memory_of_a_run_is_said_and_refused_where_the_machine_has_less(folder, 
     "change",
     [
         ("\n[damping]\nmodal = 0.002", '\n[damping]\nmodal = 0.002\non = "free"'),
-        ('analysis = "forced_response"', 'analysis = "nonlinear_modes"'),
+        ('analysis = "forced_response"', 'analysis = "response_bounds"'),
         ('surface = "left/PLATR"', 'points = 3\nsurface = "left/PLATR"'),
     ],
 )
 def test_rows_are_kept_where_they_are_needed(folder, from_mesh, change):  # noqa: F811
     text = SWEEP.replace(*change)
-    if "nonlinear" in change[1]:
-        text = text.replace("force_levels = [0.3, 1.0]\n", "")
+    if "bounds" in change[1]:
+        text = text.replace("force_levels = [0.3, 1.0]\n", "") + "[response_bounds]\n"
     if "points" in change[1]:
         text = text.replace('surface = "right/PLATL"', 'points = 3\nsurface = "right/PLATL"')
     (folder / "other.toml").write_text(text)

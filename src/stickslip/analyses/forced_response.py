@@ -36,7 +36,6 @@ from stickslip.analyses.peak_shapes import (
 )
 from stickslip.analyses.reached import reached, with_reached
 from stickslip.analyses.response_dataset import (
-    ContactRows,
     absolute,
     apart_of,
     arrays_of,
@@ -48,14 +47,13 @@ from stickslip.analyses.response_dataset import (
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.settings import OR_AUTO, ForcedResponseSettings, OneBalance, takes
 from stickslip.analyses.solved_points import (
-    SHAPE_FORCE,
-    SHAPE_FORCE_ATTRIBUTES,
     SolvedPoints,
     deformed_shape,
     on_its_coordinates,
     peaks_of_another,
     refuse_unexcited,
     response_at,
+    with_shape_forces,
     with_shapes,
 )
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
@@ -847,9 +845,7 @@ class ForcedResponseWork(OneBalance):
                 kept[each.variable] = each.attributes
         if self.problem.modes_to is not None:
             dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.systems.coordinates}
-            if self.problem.mesh is not None:
-                forces = ContactRows(self.problem).spread(self.problem.mesh.forces)
-                dataset[SHAPE_FORCE] = ("contact", "direction", "contact_shape"), forces, SHAPE_FORCE_ATTRIBUTES
+            dataset = with_shape_forces(dataset, self.problem)
             whole = self.finer if self.problem.mesh is None else self.settings.problem
             if whole is not None:
                 dataset.attrs["coordinates_chosen"] = truncation.coordinates_note(self.problem, whole)

@@ -133,3 +133,9 @@ def scaled(forces: Array) -> Array:
     """Forces λ (rows, 2H+1) at a point, the mean and the vibration each of unit size: neither hides the other."""
     sizes = [np.linalg.norm(part) or 1.0 for part in (forces[:, :1], forces[:, 1:])]
     return np.hstack([forces[:, :1] / sizes[0], forces[:, 1:] / sizes[1]])
+
+
+def few_combinations(forces: Array, share: float) -> Array:
+    """Combinations of forces (rows, k) of which all are, but for a share of the squares of the largest."""
+    directions, sizes, _ = np.linalg.svd(forces, full_matrices=False)
+    return np.asarray((directions * sizes)[:, sizes**2 > share * sizes[0] ** 2])

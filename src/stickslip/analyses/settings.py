@@ -229,7 +229,7 @@ def _rule(name: str, value: Any) -> Rules:
 
 
 def _problem(name: str, value: Any) -> Problem:
-    """A problem with all its rows: how contacts deform a mesh, a forced response alone finds out."""
+    """A problem with all its rows: how contacts deform a mesh, forced responses and modes alone find out."""
     problem: Problem = checks.of_kind(name, value, Problem)
     if problem.mesh is not None:
         rule = "must have a row for each direction of its contacts"
@@ -247,6 +247,7 @@ def _with_shapes(name: str, value: Any) -> Problem:
     return problem
 
 
+AnyProblem = Annotated[Problem, Setting(OfKind(Problem))]
 OfProblem = Annotated[Problem, Setting(_problem)]
 ProblemWithShapes = Annotated[Problem, Setting(_with_shapes)]
 Frequencies = Annotated[Band | Sequence[float], Setting(lambda name, band: band if isinstance(band, Band) else followed(band))]
@@ -450,7 +451,7 @@ class Fineness(AtLevels, Settings):
 class OverBand(Settings):
     """A problem and the frequencies in Hz: a band, or a list in the order of travel."""
 
-    problem: Annotated[Problem, Setting(OfKind(Problem))]
+    problem: AnyProblem
     band: Frequencies
 
     @property

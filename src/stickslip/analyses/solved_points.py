@@ -43,8 +43,7 @@ from stickslip.support.outcome import Outcome
 from stickslip.support.units import UnitSystem
 
 SHAPE_FORCE = "shape_force"
-SHAPE_FORCE_ATTRIBUTES = {"units": "N", "long_name": "contact forces whose shapes on the mesh are coordinates"}
-"""The variable with them, of a finite-element model."""
+"""The variable with the contact forces whose shapes are coordinates, of a finite-element model."""
 
 KEPT = ("outcome", "frequency", "force_level", "response", "contact_force", "contact_motion")
 """The variables of a dataset that a point is made of, and is known again by."""
@@ -63,6 +62,15 @@ REMEDY = (
     "The results are of another problem: give the one that made them (of a study, dataset.attrs['study']; of a sample, with its "
     "start state), or run this one."
 )
+
+
+def with_shape_forces(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+    """Results with the contact forces whose shapes are coordinates, of a problem on a mesh."""
+    if problem.mesh is None:
+        return dataset
+    forces, axes = ContactRows(problem).spread(problem.mesh.forces), ("contact", "direction", "contact_shape")
+    words = "contact forces whose shapes on the mesh are coordinates"
+    return dataset.assign({SHAPE_FORCE: named(axes, forces, words, "N")})
 
 
 def on_its_coordinates(problem: Problem, dataset: xr.Dataset) -> Problem:

@@ -17,9 +17,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
-from stickslip.analyses.modes.work import VARIABLES, Modes, NonlinearModesWork, labels, point_values, with_decays, with_solved
+from stickslip.analyses.modes.work import (
+    VARIABLES,
+    Modes,
+    NonlinearModesWork,
+    attributes_of,
+    labels,
+    point_values,
+    with_decays,
+    with_solved,
+)
 from stickslip.analyses.response_dataset import ContactRows, of_parts, parts
 from stickslip.analyses.settings import Execution, OfProblem, Setting, Settings, output_of, takes
+from stickslip.analyses.solved_points import on_its_coordinates, with_shape_forces
 from stickslip.model.contact.point import TractionRatio
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
@@ -157,7 +167,8 @@ class LimitCyclesWork(Modes, Fed, Execution):
         started = time.process_time()
         balance = self.balance(case)
         curve = solve_mode(balance, *self.levels(balance), report)
-        return self.arrays(balance, curve) | {"cpu_seconds": np.array(time.process_time() - started)}
+        arrays = self.arrays(balance, curve) | self.left_out(balance, curve.points)
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def arrays(self, balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
         """Limit cycles, curve and largest damping of a traced mode, by name."""
@@ -174,7 +185,7 @@ class LimitCyclesWork(Modes, Fed, Execution):
 
     def gathered(self, results: Sequence[Arrays]) -> LimitCycles:
         """The limit cycles of all cases."""
-        attrs = self.attributes | {"cpu_seconds": sum(float(result["cpu_seconds"]) for result in results)}
+        attrs = self.attributes | attributes_of(results)
         return LimitCycles(limit_cycles_dataset(self.problem, results, self.ratios, attrs), self.problem)
 
 
@@ -194,12 +205,14 @@ def limit_cycles(work: LimitCyclesWork) -> LimitCycles:
     Source: ζ(A) = 0 of the extended periodic motion, M. Krack, Computers and Structures 154 (2015).
     """
     work.refuse_amplitudes()
+    work = work.with_shapes(work.progress)
     return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 
 
 def limit_cycles_of(dataset: xr.Dataset, problem: Problem, aerodynamic_damping: ArrayLike = 0.0) -> LimitCycles:
     """Limit cycles of modes that are traced already: their points are solved again, and the roots between them."""
     numbers = tuple(int(number) for number in dataset["mode_number"].values)
+    problem = on_its_coordinates(problem, dataset)
     H, Nt, extended = (dataset.attrs[name] for name in ("harmonics", "samples", "extended"))
     work = LimitCyclesWork(problem, aerodynamic_damping, numbers, None, of_attribute(H), int(Nt), extended=extended)
     results = []
@@ -224,6 +237,9 @@ class NonlinearModes(Result):
 
     dataset: xr.Dataset
     problem: Problem
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "problem", on_its_coordinates(self.problem, self.dataset))
 
     def peaks(self, force_levels: ArrayLike, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """Resonance peaks of all force levels from one mode: force_level, frequency [Hz], amplitude [m] of an output,
@@ -313,6 +329,7 @@ def nonlinear_modes(work: NonlinearModesWork) -> NonlinearModes:
     if turned is not None and ratios:
         remedy = "Leave phase_at out, or start from slider offsets."
         raise fault("phase_at", "must not be given with traction ratios, which hold at an instant of the period", turned, remedy)
+    work = work.with_shapes(work.progress)
     dataset = work.dataset(all_cases(work, work.checkpoint, work.workers, work.progress))
     return NonlinearModes(dataset if turned is None else with_phase_at(dataset, turned), work.problem)
 
@@ -401,4 +418,4 @@ def limit_cycles_dataset(
     }
     ratio = named("aerodynamic_damping", list(ratios), "aerodynamic damping ratio, added to that of the mode")
     coords = labels(problem) | {"aerodynamic_damping": ratio}
-    return xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs})
+    return with_shape_forces(xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs}), problem)

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +19,18 @@ from numpy.typing import NDArray
 from stickslip.analyses.isolated import ModeMotions
 from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
 from stickslip.analyses.modes.synthesis import Synthesis
+from stickslip.analyses.peak_shapes import ROUNDS, SETTLED, few_combinations, scaled
 from stickslip.analyses.response_dataset import ContactRows, parts
-from stickslip.analyses.settings import Execution, OfProblem, OneOf, OutputNumber, Samples, Setting, Settings, output_of
+from stickslip.analyses.settings import AnyProblem, Execution, OneOf, OutputNumber, Samples, Setting, Settings, output_of
+from stickslip.analyses.solved_points import with_shape_forces
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
+from stickslip.model.problem.meshed import finer, with_forces
 from stickslip.model.rigs import single_mass
+from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.schema import named, stacked, variables_in
-from stickslip.runs.work import Arrays, Report
-from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
+from stickslip.runs.work import Arrays, Progress, Report
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import (
     Harmonics,
@@ -40,6 +44,7 @@ from stickslip.solve.balance.fourier import (
     of_attribute,
 )
 from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance, mode_energy
+from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.curves.mode_curve import (
     BEFORE_SLIP,
@@ -47,6 +52,7 @@ from stickslip.solve.curves.mode_curve import (
     NODE,
     ModeCurve,
     first_harmonic_pace,
+    followed,
     pace,
     slip_level,
     solve_mode,
@@ -256,6 +262,9 @@ def _fill_levels(
         data[f"level_{name}"][case, places] = table[name]
 
 
+MESH_ERRORS = "mesh_errors"
+"""Of frequencies and damping ratios, relative: what the coordinates of a finite-element model leave out."""
+
 Extended = Literal["first", "all"]
 
 LOWEST = 1e-3
@@ -294,7 +303,7 @@ def ends_of(name: str, amplitude: Any) -> tuple[float, float]:
 class Modes(Settings):
     """Which modes, from 1 on, over which amplitudes of the output in m, and how finely; a case is a mode."""
 
-    problem: OfProblem
+    problem: AnyProblem
     mode: Annotated[
         int | Sequence[int] | None,
         Setting(listed_modes, "number of a mode of the stuck structure, or a list; default: those in the band of [sweep]"),
@@ -365,8 +374,53 @@ class Modes(Settings):
 
     def balance(self, case: int) -> ModeBalance:
         """The balance of a mode."""
+        return self.balance_of(self.problem, self.modes[case] - 1)
+
+    def balance_of(self, problem: Problem, followed: int) -> ModeBalance:
+        """The balance of a mode, counted from 0 on, of the problem on some coordinates."""
         extended = 1 if self.extended == "first" else highest(self.kept_harmonics)
-        return ModeBalance(self.problem, self.kept_harmonics, self.samples, self.modes[case] - 1, extended)
+        return ModeBalance(problem, self.kept_harmonics, self.samples, followed, extended)
+
+    def with_shapes(self, progress: Progress) -> Self:
+        """Of a finite-element model, the work on coordinates with the shapes of the contact forces along its modes; else itself.
+
+        They are followed, on the shapes found so far, until what these leave out is at most `SETTLED`, or more of them do not
+        halve it. The work of the forces on shapes left out goes with the square of the error.
+        """
+        work, share, before = self, NEGLIGIBLE, np.inf
+        with one_blas_thread():
+            for number in range(ROUNDS if self.problem.mesh else 0):
+                errors, forces = [np.zeros(2)], []
+                for case, words in enumerate(work.words):
+                    progress(case / len(work.modes), f"{words} on {work.problem.structure.size} coordinates")
+                    balance = work.balance(case)
+                    points = followed(balance, *work.levels(balance))
+                    forces += [scaled(point.point.forces[: balance.rows]) for point in points]
+                    errors += list(work.left_out(balance, points).values()) if number else []
+                worst = float(np.max(np.nan_to_num(errors, nan=1.0)))  # too far away to be solved
+                if not forces or (number and not SETTLED < worst < 0.5 * before):
+                    break
+                if number:
+                    before, share = worst, NEGLIGIBLE * (SETTLED / worst) ** 2
+                work = replace(work, problem=with_forces(work.problem, few_combinations(np.hstack(forces), share), share))
+        return work
+
+    def left_out(self, balance: ModeBalance, points: Sequence[CurvePoint]) -> dict[str, NDArray[Any]]:
+        """Of a finite-element model, the largest changes of frequency and damping ratio, (2,), at both ends of a curve and at its
+        most damped point by all shapes of the contact forces there and by what the inertia of all shapes deforms: relative to
+        the frequency and to the largest damping ratio."""
+        if balance.problem.mesh is None or not points:
+            return {}
+        chosen = telling_points(balance, [point.point for point in points])
+        forces = np.hstack([scaled(point.forces[: balance.rows]) for point in chosen])
+        whole, found = self.balance_of(finer(balance.problem, forces), balance.followed), []
+        for point in chosen:
+            start = replace(point, omega=whole.linear_omega, level=whole.level_of(balance.amplitude_of(point)))
+            solution = correct(whole, start, fixed("level", start.level), ITERATIONS, HALVINGS)
+            if not solution.converged:
+                return {MESH_ERRORS: np.full(2, np.nan)}
+            found.append(solution.evaluation.point)
+        return {MESH_ERRORS: changes(telling(balance, chosen), telling(whole, found))}
 
     def levels(self, balance: ModeBalance) -> tuple[float, float]:
         """The path parameter at both ends of the curve."""
@@ -396,13 +450,38 @@ class NonlinearModesWork(Modes, Execution):
         """The arrays of the curve of one mode."""
         started = time.process_time()
         balance = self.balance(case)
-        arrays = mode_arrays(balance, solve_mode(balance, *self.levels(balance), report))
+        curve = solve_mode(balance, *self.levels(balance), report)
+        arrays = mode_arrays(balance, curve) | self.left_out(balance, curve.points)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def dataset(self, results: Sequence[Arrays], levels: Sequence[float] = ()) -> xr.Dataset:
         """The curves of all cases as one dataset; levels: of the forces whose peaks it is to hold."""
-        attrs = self.attributes | {"cpu_seconds": sum(float(result["cpu_seconds"]) for result in results)}
+        attrs = self.attributes | attributes_of(results)
         return with_peaks(modes_dataset(self.problem, results, attrs), self.problem, levels)
+
+
+def telling_points(balance: ModeBalance, points: Sequence[Point]) -> list[Point]:
+    """Those of a curve that tell whether its coordinates are enough: both ends and the most damped."""
+    return [points[0], points[-1], max(points, key=balance.damping_of)]
+
+
+def telling(balance: ModeBalance, points: Sequence[Point]) -> Array:
+    """Frequency and damping ratio there, (2, 3)."""
+    chosen = telling_points(balance, points)
+    return np.array([[of(point) for point in chosen] for of in (balance.omega_of, balance.damping_of)])
+
+
+def changes(before: Array, after: Array) -> Array:
+    """The largest change of frequency and of damping ratio, (2,), relative to the frequency and to the largest ratio."""
+    scales = np.maximum(np.abs(before).max(axis=1), np.finfo(float).tiny)
+    return np.asarray(np.abs(after - before).max(axis=1) / scales)
+
+
+def attributes_of(results: Sequence[Arrays]) -> dict[str, Any]:
+    """What results of cases say together: their time, and of a finite-element model the largest errors by its coordinates."""
+    said: dict[str, Any] = {"cpu_seconds": sum(float(result["cpu_seconds"]) for result in results)}
+    errors = [result[MESH_ERRORS] for result in results if MESH_ERRORS in result]
+    return said | ({MESH_ERRORS: np.max(errors, axis=0)} if errors else {})
 
 
 def with_decays(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
@@ -527,7 +606,7 @@ def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, 
     }
     harmonics = data["response"][1].shape[3]
     coords = labels(problem) | {"harmonic": named("harmonic", np.arange(harmonics), "harmonic")}
-    return xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs})
+    return with_shape_forces(xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs}), problem)
 
 
 def labels(problem: Problem) -> dict[str, Any]:
@@ -537,5 +616,6 @@ def labels(problem: Problem) -> dict[str, Any]:
         "contact": named("contact", [contact.name for contact in problem.contacts], "contact"),
         "direction": named("direction", list(DIRECTION_NAMES), "direction of a contact"),
         "part": named("part", ["re", "im"], "real or imaginary part"),
-        "dof": named("dof", list(problem.structure.dofs), "degree of freedom"),
+        # The coordinates themselves, behind the degrees of freedom that are combinations of them.
+        "dof": named("dof", list(problem.structure.dofs[-problem.structure.size :]), "degree of freedom"),
     }

@@ -7,10 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip.analyses.modes.synthesis import SATURATION, saturated
+from stickslip.analyses.modes.work import MESH_ERRORS
+from stickslip.analyses.truncation import ALLOWED
 from stickslip.results.view import length_text, spread
 from stickslip.show.plots import nonlinear_modes as plots
 from stickslip.show.plots.paper import Figures
 from stickslip.show.report.markup import hertz, number, percent, presents
+from stickslip.support.checks import in_percent
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -60,7 +63,25 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             for sentence in str(mode["case_message"].item()).split(". ")
             if "Internal" in sentence
         ]
+    lines += on_mesh(dataset)
     return [*lines, FIRST] if str(dataset.attrs.get("extended", "")) == "first" and lines else lines
+
+
+def on_mesh(dataset: xr.Dataset) -> list[str]:
+    """Of a finite-element model, what its coordinates leave out."""
+    if MESH_ERRORS not in dataset.attrs:
+        return []
+    frequency, damping = dataset.attrs[MESH_ERRORS]
+    number = dataset.sizes["dof"]
+    if np.isnan(frequency):
+        return [f"The error by the {number} coordinates of the mesh is not known: the motion on more of them was not found"]
+    found = (
+        f"What contacts deform beyond the {number} coordinates of the mesh changes frequencies by up to {in_percent(frequency)} "
+        f"and damping ratios by up to {in_percent(damping)} of the largest"
+    )
+    if max(frequency, damping) <= ALLOWED:
+        return [found]
+    return [f"  warning: {found}. More harmonics bring more modes of the structure: compare with one more"]
 
 
 def _level_lines(mode: xr.Dataset, output: str) -> list[str]:
@@ -164,7 +185,7 @@ def cycle_sentences(dataset: xr.Dataset) -> list[str]:
         for ratio in dataset["aerodynamic_damping"].values:
             what = str(mode["limit_cycle_message"].sel(aerodynamic_damping=ratio).item())
             lines.append(f"  {name}, aerodynamic damping {number(100.0 * float(ratio), 3)} %: {what}")
-    return lines
+    return lines + on_mesh(dataset)
 
 
 def cycle_failures(dataset: xr.Dataset) -> list[str]:

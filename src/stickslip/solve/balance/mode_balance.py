@@ -33,7 +33,7 @@ from stickslip.solve.balance.fourier import (
 )
 from stickslip.solve.balance.linear_part import is_diagonal, stuck_modes
 from stickslip.solve.balance.mode_iteration import ExtendedStructure, ModeSystem, coordinates_called, coordinates_slope
-from stickslip.solve.balance.system import FREE
+from stickslip.solve.balance.system import FREE, SMALLER
 from stickslip.support.checks import Array, Index, fault
 
 EQUAL = 1e-9
@@ -69,7 +69,7 @@ class ModeBalance(HarmonicBalance):
         structure, effort = self.structures.extended(followed, extended), np.zeros(3, dtype=np.int64)
         kept = self.kept, self.dropped
         self.mode_system = ModeSystem(
-            table, fourier(self.highest, samples), structure, self.stiffness, *kept, least, effort, FREE
+            table, fourier(self.highest, samples), structure, self.stiffness, *kept, least, effort, FREE, SMALLER
         )
         self.system = self.mode_system  # type: ignore[assignment]
         newton_parts.compile_parts(self.mode_system)

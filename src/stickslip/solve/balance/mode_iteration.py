@@ -9,12 +9,17 @@ the stuck modes, φᴴK'φ = 1 and φᴴMφ = q, harmonic h obeys D η = φᴴ(p
 1 the row of the followed mode is left out of D and its coordinate is the given amplitude a: what remains is regular at a stuck
 mode, where λ and the followed mode's own D vanish together. The row left out, divided by a, is the modal residual: two real
 equations for ω and ζ.
+
+On the coordinates of real modes, Newton's matrix is as in `newton_matrix`, J = I + E Φ g Φᵀ with g = D⁻¹. The followed
+coordinate of harmonic 1 moves no contact; in its place stands the force φᵀx that a change x of λ puts on it, which is what the
+modal residual needs.
 """
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import boolean, float64, int64, typeof, void
 from numpy.typing import NDArray
 
 from stickslip.model.contact.point import ContactTable, contact_table
@@ -27,13 +32,37 @@ from stickslip.solve.balance.iteration import (
     newton_step_signature,
     tangent_signature,
 )
-from stickslip.solve.balance.newton_matrix import lu_solve, moved_rows, newton_matrix, pushed, spread, unknown_entries
+from stickslip.solve.balance.newton_matrix import (
+    FEWEST_UNKNOWNS,
+    fewer,
+    lu_factor,
+    lu_solve,
+    moved_rows,
+    newton_matrix,
+    orientation,
+    pushed,
+    received_by_pushed,
+    spread,
+    unknown_entries,
+)
 from stickslip.solve.balance.receptance import Complex
-from stickslip.solve.balance.system import FREE, Border, Bordered, Control, Direction, State
+from stickslip.solve.balance.system import (
+    BORDER,
+    BORDERED,
+    FREE,
+    ON_STATES,
+    SMALLER,
+    STATE,
+    Border,
+    Bordered,
+    Control,
+    Direction,
+    State,
+)
 from stickslip.support.checks import Array, Index
-from stickslip.support.kernels import boxed, inner, kernel, separate
+from stickslip.support.kernels import boxed, compiled, inner, kernel, separate
 from stickslip.support.kernels.arrays import rows_of
-from stickslip.support.kernels.views import placed_as
+from stickslip.support.kernels.views import placed_as, view_of
 
 
 class ExtendedStructure(NamedTuple):
@@ -370,6 +399,7 @@ class ModeSystem(NamedTuple):
     least_scale: float
     effort: Index
     control: Control
+    form: int
 
 
 @cache
@@ -378,7 +408,7 @@ def empty_mode_system() -> ModeSystem:
     line, blocks, places = np.empty(0), np.empty((0, 0, 0)), np.empty(0, dtype=np.int64)
     damping, static = np.empty((0, 0, 0), dtype=np.complex128), np.empty(0, dtype=np.complex128)
     structure = ExtendedStructure(blocks, blocks, np.empty((0, 0)), damping, static, places, 0, 0)
-    return ModeSystem(contact_table(()), fourier(1, 6), structure, line, places, places, 0.0, places, FREE)
+    return ModeSystem(contact_table(()), fourier(1, 6), structure, line, places, places, 0.0, places, FREE, SMALLER)
 
 
 @placed_as(empty_mode_system)
@@ -461,8 +491,10 @@ def factorise_mode(system: ModeSystem, state: State, omega: float, level: float,
     rows = state.forces.shape[0] - 1
     offsets, mask = _unknowns(state, system.kept)
     contact, size = offsets[rows], offsets[rows + 1]
-    matrix = np.zeros((size + 1, size + 1))
     by = _slopes(system, state, omega, level)
+    if _takes_coordinates(system, contact):
+        return factorised_on_coordinates(system, state, omega, level, border, offsets, mask, by)
+    matrix = np.zeros((size + 1, size + 1))
     for part in range(3):
         column = contact + part
         matrix[:contact, column] = -_pushed(system, state, offsets, by.motion[part])
@@ -477,6 +509,153 @@ def factorise_mode(system: ModeSystem, state: State, omega: float, level: float,
         _fill_contacts(system, state, omega, level, border, offsets, matrix)
     system.effort[2] += matrix.shape[0] ** 3 // 3
     return factorised(state, matrix, offsets, mask)
+
+
+@inner
+def _takes_coordinates(system: ModeSystem, unknowns: int) -> bool:
+    """Whether Newton's matrix stands on coordinates: of one structure of real modes, fewer than the unknowns of λ."""
+    structure, kept = system.structure, system.kept.size
+    one = structure.real.shape[0] == 1 and structure.imaginary.size == 0
+    return one and fewer(system.form, kept * structure.squares.shape[1], unknowns, kept)
+
+
+@inner
+def _in_line(kept: Index, state: Complex, line: Array) -> None:
+    """line (m · kept,) = coordinates (m, H+1) in real storage, one column after another."""
+    size = state.shape[0]
+    for k in range(kept.size):
+        h, sine = (kept[k] + 1) // 2, kept[k] > 0 and kept[k] % 2 == 0
+        for j in range(size):
+            line[k * size + j] = -state[j, h].imag if sine else state[j, h].real
+
+
+@inner
+def _from_line(structure: ExtendedStructure, kept: Index, line: Array) -> Complex:
+    """Coordinates (m, H+1) that move contacts, of a solution (m · kept,)."""
+    size = structure.squares.shape[1]
+    state = np.zeros((size, structure.key.size), dtype=np.complex128)
+    for k in range(kept.size):
+        h, sine = (kept[k] + 1) // 2, kept[k] > 0 and kept[k] % 2 == 0
+        for j in range(size):
+            state[j, h] += complex(0.0, -line[k * size + j]) if sine else complex(line[k * size + j], 0.0)
+    state[structure.followed, 1] = 0.0
+    return state
+
+
+@inner
+def _respond_in_line(structure: ExtendedStructure, gains: Complex, kept: Index, values: Array) -> None:
+    """Loads (m · kept, k) on the coordinates become D⁻¹ times these."""
+    size, k = structure.squares.shape[1], 0
+    while k < kept.size:
+        h = (kept[k] + 1) // 2
+        sine = k + 1 if h else k
+        cosines, sines = values[k * size : (k + 1) * size], values[sine * size : (sine + 1) * size]
+        load = np.empty(cosines.shape, dtype=np.complex128)
+        load[:] = cosines - 1j * sines if h else cosines + 0j
+        found = _respond(gains[h], load)
+        sines[:] = -found.imag
+        cosines[:] = found.real
+        k = sine + 1
+
+
+def factorised_on_coordinates_signature() -> Any:
+    """Types of `factorised_on_coordinates`."""
+    slopes_of = typeof(ModeSlopes(np.empty((0, 0, 0)), np.empty(0, dtype=np.complex128)))
+    given = typeof(STATE), float64, float64, typeof(BORDER), int64[::1], boolean[:, ::1], slopes_of
+    return typeof(BORDERED)(view_of(empty_mode_system()), *given)
+
+
+@separate(factorised_on_coordinates_signature)
+def factorised_on_coordinates(
+    system: ModeSystem,
+    state: State,
+    omega: float,
+    level: float,
+    border: Border,
+    offsets: Index,
+    mask: NDArray[np.bool_],
+    by: ModeSlopes,
+) -> Bordered:
+    """The same on the coordinates of the structure, with ω, ζ and ln a behind them."""
+    structure, kept, rows = system.structure, system.kept, state.forces.shape[0] - 1
+    modes, followed = structure.squares.shape[1], structure.followed
+    frequency, amplitude, contact = omega * state.forces[rows, 1], modal_amplitude(level), offsets[rows]
+    size = kept.size * modes
+    matrix, shape, columns = np.zeros((size + 3, size + 3)), structure.real[0], np.empty((3, contact))
+    starts, blocks = modes * np.arange(kept.size + 1), (state.own, state.coupling, state.cross)
+    firsts = np.zeros(kept.size, dtype=np.int64)
+    system.effort[2] += received_by_pushed(shape, shape, kept, starts, firsts, offsets, system.table, blocks, matrix)
+    share = np.empty(modes, dtype=np.complex128)
+    for j in range(modes):
+        other = 1j * frequency * structure.damping[0, followed, j] if structure.damping.shape[1] > 1 else 0.0j
+        share[j] = (1.0 if j == followed else -other) / amplitude
+    weights = np.dot(border.weight.T, shape) if border.weight.shape[0] else np.zeros((state.w.shape[1], modes))
+    for k in range(kept.size):
+        if kept[k] in (1, 2):
+            matrix[:size, starts[k] + followed] = 0.0
+            weights[kept[k], followed] = 0.0
+        for j in range(modes):
+            column = starts[k] + j
+            if kept[k] == 1:
+                matrix[size, column], matrix[size + 1, column] = share[j].real, share[j].imag
+            elif kept[k] == 2:
+                matrix[size, column], matrix[size + 1, column] = share[j].imag, -share[j].real
+            matrix[size + 2, column] = -weights[kept[k], j]
+    _respond_in_line(structure, state.gains, kept, matrix[:size, :size])
+    for k in range(size):
+        matrix[k, k] += 1.0
+    for part in range(3):
+        columns[part] = -_pushed(system, state, offsets, by.motion[part])
+        if part == 0:
+            for r in range(rows):
+                for k in range(offsets[r + 1] - offsets[r]):
+                    columns[part, offsets[r] + k] -= omega * state.by_omega[r, kept[k]]
+        forces = np.zeros((rows, state.w.shape[1]))
+        spread(mask[:rows], columns[part], forces)
+        _in_line(kept, _by_harmonic(state.gains, received(structure, forces)), matrix[:size, size + part])
+        matrix[size, size + part], matrix[size + 1, size + part] = by.modal[part].real, by.modal[part].imag
+        if border.weight.shape[0]:
+            matrix[size + 2, size + part] = np.sum(border.weight * by.motion[part])
+    matrix[size + 2, size + 2] += border.slope
+    system.effort[2] += matrix.shape[0] ** 3 // 3
+    pivots = lu_factor(matrix)
+    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots), columns, state.own, 0.0)
+
+
+@separate(lambda: void(view_of(empty_mode_system()), typeof(STATE), typeof(BORDERED), float64[:, ::1]))
+def solve_on_coordinates(system: ModeSystem, state: State, bordered: Bordered, right: Array) -> None:
+    """Overwrite right-hand sides (k, N + 3) with the solutions, with the factors on the coordinates."""
+    structure, kept, rows = system.structure, system.kept, state.forces.shape[0] - 1
+    contact, size = bordered.offsets[rows], bordered.lu.shape[0] - 3
+    line = np.empty((1, size + 3))
+    for each in right:
+        forces = np.zeros((rows, state.w.shape[1]))
+        spread(bordered.mask[:rows], each[:contact], forces)
+        _in_line(kept, _by_harmonic(state.gains, received(structure, forces)), line[0, :size])
+        line[0, size:] = each[contact:]
+        lu_solve(bordered.lu, bordered.pivots, line)
+        moved = seen(structure, _from_line(structure, kept, line[0]))
+        each[:contact] -= _pushed(system, state, bordered.offsets, moved)
+        for part in range(3):
+            each[contact + part] = line[0, size + part]
+            each[:contact] -= each[contact + part] * bordered.columns[part]
+
+
+@inner
+def _solve(system: ModeSystem, state: State, bordered: Bordered, right: Array) -> None:
+    if bordered.columns.shape[0]:
+        solve_on_coordinates(system, state, bordered, right)
+    else:
+        lu_solve(bordered.lu, bordered.pivots, right)
+
+
+def compile_on_coordinates(system: ModeSystem) -> None:
+    """Compile what solves Newton's linear system on the coordinates, or take it from disk; nothing where these are never the
+    fewer."""
+    rows, modes = system.table.rows, system.structure.squares.shape[1]
+    many = rows > modes and rows * system.kept.size >= FEWEST_UNKNOWNS
+    if system.form == ON_STATES or many:
+        compiled(factorised_on_coordinates, solve_on_coordinates)
 
 
 @inner
@@ -558,7 +737,7 @@ def newton_step_mode(
         right[0, contact + 1] -= modal.imag
         if border.weight.shape[0]:
             right[0, size] -= np.sum(border.weight * moved)
-    lu_solve(bordered.lu, bordered.pivots, right)
+    _solve(system, state, bordered, right)
     spread(bordered.mask, right[0], step)
     amount = right[0, size] if border.weight.shape[0] else -short / border.slope
     return step, amount, 0.0
@@ -570,7 +749,7 @@ def tangent_mode(system: ModeSystem, state: State, omega: float, level: float, b
     rows, size = state.forces.shape[0] - 1, bordered.offsets[-1]
     right = np.zeros((1, size + 1))
     right[0, size] = 1.0
-    lu_solve(bordered.lu, bordered.pivots, right)
+    _solve(system, state, bordered, right)
     forces = np.zeros(state.forces.shape)
     spread(bordered.mask, right[0], forces)
     rate, by = right[0, size], _slopes(system, state, omega, level)

@@ -23,6 +23,7 @@ from numba import boolean, float64, int64, typeof, types, void
 from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
+from stickslip.model.contact.point import ContactTable
 from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.solve.balance.receptance import (
     Complex,
@@ -373,25 +374,21 @@ def _add_rows(
 
 
 @inner
-def modal_matrix(
-    modes: Modes,
-    gains: Complex,
-    omega: float,
+def received_by_pushed(
+    received: Array,
+    shape: Array,
     kept: Index,
+    starts: Index,
+    firsts: Index,
     offsets: Index,
-    normal: Index,
-    partner: Index,
-    own: Array,
-    coupling: Array,
-    cross: Array,
+    table: ContactTable,
+    blocks: tuple[Array, Array, Array],
     matrix: Array,
 ) -> int:
-    """Add I + g Ψᵀ E Φ to matrix[:M, :M], zeros before; the number of multiplications of contact rows."""
-    starts, own_basis = places(modes, kept), modes.basis.shape[1] > 0
-    received, shape = (modes.basis, modes.basis) if own_basis else (modes.receiver, modes.shape)
-    firsts = zero_numbers(kept.size)
-    for k in range(kept.size):
-        firsts[k] = coordinates(modes, (kept[k] + 1) // 2)[0]
+    """Add Ψᵀ E Φ to matrix[:M, :M], zeros before; the multiplications of contact rows. received Ψ, shape Φ (rows, m);
+    firsts (kept,): the first coordinate of each column; blocks: own, coupling and cross of E."""
+    own, coupling, cross = blocks
+    normal, partner = table.loading_row, table.partner_row
     size, rows, multiplications = starts[-1], normal.size, 0
     turned = empty_table(ROWS, size)
     for begin in range(0, rows, ROWS):
@@ -412,6 +409,28 @@ def modal_matrix(
             if count and width:
                 multiplications += count * width * size
                 add_product(taken[:count], turned[:count], matrix[starts[k] :])
+    return multiplications
+
+
+@inner
+def modal_matrix(
+    modes: Modes,
+    gains: Complex,
+    omega: float,
+    kept: Index,
+    offsets: Index,
+    table: ContactTable,
+    blocks: tuple[Array, Array, Array],
+    matrix: Array,
+) -> int:
+    """Add I + g Ψᵀ E Φ to matrix[:M, :M], zeros before; the number of multiplications of contact rows."""
+    starts, own_basis = places(modes, kept), modes.basis.shape[1] > 0
+    received, shape = (modes.basis, modes.basis) if own_basis else (modes.receiver, modes.shape)
+    firsts = zero_numbers(kept.size)
+    for k in range(kept.size):
+        firsts[k] = coordinates(modes, (kept[k] + 1) // 2)[0]
+    size = starts[-1]
+    multiplications = received_by_pushed(received, shape, kept, starts, firsts, offsets, table, blocks, matrix)
     k = 0
     while k < kept.size:
         h = (kept[k] + 1) // 2
@@ -438,15 +457,22 @@ FEWEST_UNKNOWNS = 300
 def takes_states(system: System, offsets: Index) -> bool:
     """Whether the matrix on M coordinates takes fewer multiplications than that on N unknowns of λ: M³/3 + N M²/(2H+1) against
     N³/3."""
-    unknowns, states = float(offsets[-1]), 0.0
+    states = 0
     for i in system.kept:
         first, last = coordinates(system.modes, (i + 1) // 2)
         states += last - first
-    if system.form != SMALLER:
-        return system.form == ON_STATES and unknowns > 0.0
+    return fewer(system.form, states, offsets[-1], system.kept.size)
+
+
+@inlined
+def fewer(form: int, coordinates: int, unknowns: int, kept: int) -> bool:
+    """Whether a form of Newton's matrix is that on coordinates, of those of all `kept` columns; as `takes_states` has it."""
+    states, forces = float(coordinates), float(unknowns)
+    if form != SMALLER:
+        return form == ON_STATES and unknowns > 0
     if unknowns < FEWEST_UNKNOWNS:
         return False
-    return states * states * (states / 3.0 + unknowns / system.kept.size) < unknowns**3 / 3.0
+    return states * states * (states / 3.0 + forces / kept) < forces**3 / 3.0
 
 
 def factorised_on_states_signature() -> Any:
@@ -479,9 +505,8 @@ def factorised_on_states(
         subtract(kept, offsets, state.by_omega, columns[0])
     if held:
         push(system, state, offsets, raised, columns[1])
-    normal, partner = system.table.loading_row, system.table.partner_row
     blocks = (state.own, state.coupling, state.cross)
-    system.effort[2] += modal_matrix(modes, state.gains, omega, kept, offsets, normal, partner, *blocks, matrix)
+    system.effort[2] += modal_matrix(modes, state.gains, omega, kept, offsets, system.table, blocks, matrix)
     for n in range(1 + held):
         forces = zero_table(mask.shape[0], mask.shape[1])
         spread(mask, columns[n], forces)

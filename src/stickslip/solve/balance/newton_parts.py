@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from stickslip.solve.balance import iteration, mode_iteration
 from stickslip.solve.balance.contact_forces import compile_contact_forces
-from stickslip.solve.balance.mode_iteration import ModeSystem, ModeSystemAddress
+from stickslip.solve.balance.mode_iteration import ModeSystem, ModeSystemAddress, compile_on_coordinates
 from stickslip.solve.balance.newton_matrix import compile_on_states
 from stickslip.solve.balance.system import Border, Bordered, Direction, State, System, SystemAddress
 from stickslip.support.checks import Array
@@ -77,3 +77,5 @@ def compile_parts(system: AnySystem) -> None:
     compiled(evaluate, factorise, newton_step, tangent, number=kind_of(system))
     if isinstance(system, System):
         compile_on_states(system)
+    else:
+        compile_on_coordinates(system)

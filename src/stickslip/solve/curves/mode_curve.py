@@ -220,6 +220,12 @@ def solve_mode(
     return ModeCurve(tuple(refined(balance, points)), outcome, message)
 
 
+def followed(balance: ModeBalance, low: float, high: float) -> list[CurvePoint]:
+    """The points of continuation alone between two values of ln a, as far as they lead; none where no motion is found."""
+    first = _first(balance, low)
+    return _traced(balance, first, high, StepControl(points=POINTS), lambda share: None)[0] if first.converged else []
+
+
 def _first(balance: ModeBalance, level: float) -> Correction:
     """The mode at the smallest amplitude: from the stuck mode, else from there with the forces at rest, else from a smaller one.
 

@@ -30,7 +30,7 @@ def plan(asked: Asked) -> Works:
     work = LimitCyclesWork(**modes_settings(asked, asked.tables.get(TABLE, LimitCyclesTable())))
     work.refuse_amplitudes()
     ratios = counted(len(work.ratios), "aerodynamic damping", "values of the aerodynamic damping")
-    return Works(work, f"{modes_summary(work)}; limit cycles at {ratios}")
+    return Works(work, f"{modes_summary(work)}; limit cycles at {ratios}", on_mesh=work.with_shapes)
 
 
-KIND = Kind(plan, {TABLE: LimitCyclesTable}, optional=(TABLE,), without=LEVELS_AND_PEAKS)
+KIND = Kind(plan, {TABLE: LimitCyclesTable}, optional=(TABLE,), without=LEVELS_AND_PEAKS, from_mesh=True)

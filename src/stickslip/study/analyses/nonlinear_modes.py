@@ -31,7 +31,7 @@ def plan(asked: Asked) -> Works:
     """The nonlinear modes of a problem."""
     work, levels = NonlinearModesWork(**modes_settings(asked, asked.tables.get(TABLE, ModesTable()))), sweep_of(asked).levels
     work.refuse_amplitudes()
-    return Works(work, modes_summary(work), lambda work, arrays: work.dataset(arrays, levels))
+    return Works(work, modes_summary(work), lambda work, arrays: work.dataset(arrays, levels), on_mesh=work.with_shapes)
 
 
 def modes_settings(asked: Asked, table: Table) -> dict[str, Any]:
@@ -68,4 +68,4 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
     return tuple(int(k) + 1 for k in inside)
 
 
-KIND = Kind(plan, {TABLE: ModesTable}, optional=(TABLE,), without=PEAKS)
+KIND = Kind(plan, {TABLE: ModesTable}, optional=(TABLE,), without=PEAKS, from_mesh=True)

@@ -1,0 +1,73 @@
+"""Nonlinear modes of a finite-element model of which no contact row is kept, against the same model with all its rows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from analyses.test_peak_shapes import parts
+
+import stickslip as ss
+from stickslip.analyses.modes.nonlinear_modes import limit_cycles_of
+from stickslip.analyses.modes.work import MESH_ERRORS
+from stickslip.analyses.peak_shapes import SETTLED
+from stickslip.model.problem.meshed import meshed_problem
+from stickslip.model.structure.matrices import Structure
+
+MODE, ENDS = 1, (2e-5, 4e-4)
+
+
+def all_rows():
+    structure, *others = parts()
+    return ss.Problem(Structure(structure.M, structure.K, structure.dofs, damping=structure.damping), *others)
+
+
+def solved(problem):
+    return ss.nonlinear_modes(problem, MODE, ENDS, harmonics=3, samples=128)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return solved(all_rows())
+
+
+@pytest.fixture(scope="module", params=[6e3, 12e3])
+def meshed(request):
+    return solved(meshed_problem(*parts(), modes_to=request.param))
+
+
+def test_modes_are_those_of_all_rows_and_the_error_is_known(whole, meshed):
+    """With modes up to below and far beyond the third harmonic, up to where all contacts slip."""
+    right, found = (each.dataset.isel(case=0) for each in (whole, meshed))
+    assert right.share_slip.max().item() > 0.5
+    assert found.sizes["dof"] == meshed.problem.structure.size < 0.2 * right.sizes["dof"]
+    errors = []
+    for name in ("frequency", "damping_ratio"):
+        values = [each[name].values[np.isfinite(each.frequency.values)] for each in (found, right)]
+        few, all_of = ([each[0], each[-1], each.max()] for each in values)
+        errors.append(np.abs(np.subtract(few, all_of)).max() / max(all_of))
+    assert errors == pytest.approx(found.attrs[MESH_ERRORS], rel=0.05, abs=3e-7)
+    assert (max(errors) < 1e-6) == (meshed.problem.modes_to > 1e4)
+
+
+def test_a_result_and_its_problem_made_anew_solve_its_points_again(meshed):
+    anew = ss.NonlinearModes(meshed.dataset, meshed_problem(*parts(), modes_to=meshed.problem.modes_to))
+    assert pytest.approx(meshed.problem.structure.K, rel=1e-9, abs=1e-12) == anew.problem.structure.K
+    cycles = limit_cycles_of(anew.dataset, meshed_problem(*parts(), modes_to=meshed.problem.modes_to), -0.08)
+    assert cycles.dataset.limit_cycle.size == 1
+
+
+def test_limit_cycles_are_those_of_all_rows():
+    problems = all_rows(), meshed_problem(*parts(), modes_to=12e3)
+    found = [ss.limit_cycles(problem, -0.08, MODE, ENDS, harmonics=1, samples=64).dataset for problem in problems]
+    assert found[1].limit_cycle.size == found[0].limit_cycle.size == 1
+    for name in ("frequency", "amplitude"):
+        assert found[1][name].values == pytest.approx(found[0][name].values, rel=1e-4)
+    assert MESH_ERRORS in found[1].attrs
+
+
+def test_shapes_are_sought_until_little_is_left_out():
+    """Contacts three times as stiff, where the first shapes lead to a motion that more of them do not have."""
+    structure, contacts, *others = parts()
+    stiff = [replace(each, law=replace(each.law, kt=3.0 * each.law.kt, kn=3.0 * each.law.kn)) for each in contacts]
+    found = solved(meshed_problem(structure, stiff, *others, modes_to=12e3))
+    assert 0.0 < max(found.dataset.attrs[MESH_ERRORS]) < SETTLED
