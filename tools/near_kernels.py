@@ -1,4 +1,4 @@
-"""A plugin of pytest for `tools/mutants.py`: a package with one broken formula takes the kernels that do not hold it as they were.
+"""A plugin of pytest for `tools/mutants.py`: with one formula broken, the kernels that do not hold it are taken as they were.
 
 The package keeps kernels by the content of whole files, so that a formula that no kernel holds, in a file that others import,
 would have most of them compiled again: a minute for each change. Here a kernel is compiled anew only where its code names, at
@@ -36,7 +36,7 @@ def names_in(statement: ast.stmt) -> set[str]:
 
 
 def changed(old: str, new: str) -> Iterator[str]:
-    """What the statements define that differ between two texts of a file; of a class its members, which a kernel calls by name."""
+    """What the statements define that differ between two texts of a file; of a class its members."""
     pairs = list(zip(ast.parse(old).body, ast.parse(new).body, strict=True))
     for before, after in pairs:
         if isinstance(before, ast.ClassDef) and isinstance(after, ast.ClassDef):
