@@ -238,7 +238,7 @@ seed, from each room as many as it has of them, and runs the quick tests of that
 at most {100.0 * most:.0f} % with 95 % confidence, unless tests were written for the survivors of this seed: then take another
 seed). Changes without effect are listed with the reason in `tests/mutants.toml` and do not count; a run that takes too long is
 neither noticed nor survives. Of an interrupted run, those not run include what the nearest tests did not notice and more tests
-have yet to see, so that the share above is then too low. A change takes {seconds / max(totals["run"], 1):.0f} s of processor time.
+have yet to see: the share above is then too low. A change takes {seconds / max(totals["run"], 1):.0f} s of processor time.
 
 | room | possible | drawn | noticed | survive | equivalent | out of time | not run |
 | --- | --- | --- | --- | --- | --- | --- | --- |
