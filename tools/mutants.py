@@ -23,8 +23,8 @@ from stickslip.support.kernels.cache import FOLDER
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "stickslip"
 QUICK = "not slow and not nightly and not verify and not system"
-PASSED, FAILED, LATE = 0, 1, None
-"""Exit codes of pytest, and that of a run out of time; any other is a fault of the run, as no test found."""
+PASSED, FAILED, NONE, LATE = 0, 1, 5, None
+"""Exit codes of pytest, that of no test found among them, and that of a run out of time; any other is a fault of the run."""
 
 
 class Mutant(NamedTuple):
@@ -61,11 +61,13 @@ def copied_package() -> Iterator[Path]:
 
 
 def tested(tests: list[str], folder: Path, limit: float | None = None) -> int | None:  # noqa: PT028 - no test
-    """Exit code of pytest on some tests with the package of a folder, and the kernels there: each is kept by the content of the
-    sources that it depends on, so that only a broken one and those that hold it are compiled anew. After `limit` seconds, and
-    when this process is interrupted, pytest and its children are ended."""
+    """Exit code of pytest on some tests with the package of a folder, and the kernels there, of which only a broken one and those
+    that hold it are compiled anew (`near_kernels`). After `limit` seconds, and when this process is interrupted, pytest and its
+    children are ended."""
     environment = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "kernels")}
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "--hypothesis-profile=ci", "-m", QUICK]
+    environment["PYTHONDONTWRITEBYTECODE"] = ""  # the copy of the package is read once, not in each run
+    plugins = ["-p", "no:cacheprovider", "-p", "tools.near_kernels"]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", *plugins, "--hypothesis-profile=ci", "-m", QUICK]
     process = subprocess.Popen(
         [*command, *tests],
         cwd=ROOT,
