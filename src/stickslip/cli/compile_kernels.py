@@ -84,10 +84,12 @@ def small_cases() -> dict[str, Callable[[], Any]]:
     from stickslip.model.contact.march import prepare
     from stickslip.model.dampers import in_phase
     from stickslip.model.rigs import laboratory_damper, single_mass
-    from stickslip.solve.balance.newton_matrix import factorised_on_states, solve_on_states
+    from stickslip.solve.balance import mode_iteration, newton_matrix
     from stickslip.solve.platforms.relaxation import elements_of, relaxed_cycle
     from stickslip.support.kernels import compiled
 
+    on_states = newton_matrix.factorised_on_states, newton_matrix.solve_on_states
+    on_coordinates = mode_iteration.factorised_on_coordinates, mode_iteration.solve_on_coordinates
     mass, damper, motion = single_mass(), laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)), in_phase(30e-6)
     band, laws, loop = ss.Band(0.15, 0.25), mass_with_laws(), np.sin(np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False))
     return {
@@ -100,7 +102,7 @@ def small_cases() -> dict[str, Callable[[], Any]]:
         "time": lambda: ss.time_response(laws, 0.17, steps_per_period=100, harmonics=3, periods=3),
         "nonlinear mode": lambda: ss.nonlinear_modes(mass, 1, (0.1, 3.0), harmonics=3, samples=64),
         "stability": lambda: ss.forced_response(laws, band, 1.0, harmonics=3, samples=64).with_stability(),
-        "many contacts": lambda: compiled(factorised_on_states, solve_on_states),
+        "many contacts": lambda: compiled(*on_states, *on_coordinates),
         "branch points": lambda: transposed_system(mass),
         "mistuned wheel": lambda: answered(mass),
         "sensitivity": lambda: ss.sensitivity(mass, 0.17, {}, harmonics=3, samples=64),
