@@ -16,13 +16,19 @@ from stickslip.model.structure.matrices import Structure
 MODE, ENDS = 1, (2e-5, 4e-4)
 
 
-def all_rows():
-    structure, *others = parts()
+def all_rows(given=None):
+    structure, *others = given or parts()
     return ss.Problem(Structure(structure.M, structure.K, structure.dofs, damping=structure.damping), *others)
 
 
-def solved(problem):
-    return ss.nonlinear_modes(problem, MODE, ENDS, harmonics=3, samples=128)
+def stiffer(factor):
+    structure, contacts, *others = parts()
+    laws = [replace(each.law, kt=factor * each.law.kt, kn=factor * each.law.kn) for each in contacts]
+    return structure, [replace(each, law=law) for each, law in zip(contacts, laws, strict=True)], *others
+
+
+def solved(problem, harmonics=3):
+    return ss.nonlinear_modes(problem, MODE, ENDS, harmonics=harmonics, samples=128)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +73,29 @@ def test_limit_cycles_are_those_of_all_rows():
 
 def test_shapes_are_sought_until_little_is_left_out():
     """Contacts three times as stiff, where the first shapes lead to a motion that more of them do not have."""
-    structure, contacts, *others = parts()
-    stiff = [replace(each, law=replace(each.law, kt=3.0 * each.law.kt, kn=3.0 * each.law.kn)) for each in contacts]
-    found = solved(meshed_problem(structure, stiff, *others, modes_to=12e3))
+    found = solved(meshed_problem(*stiffer(3.0), modes_to=12e3))
     assert 0.0 < max(found.dataset.attrs[MESH_ERRORS]) < SETTLED
+
+
+def test_errors_of_stiff_contacts_are_known():
+    """Whose forces more shapes change, too: 300 times as stiff, a single step is a third of the error."""
+    found = solved(meshed_problem(*stiffer(300.0), modes_to=12e3), 1).dataset
+    right = solved(all_rows(stiffer(300.0)), 1).dataset
+    ends = [float(each.damping_ratio[0, int(np.isfinite(each.frequency[0]).sum()) - 1]) for each in (found, right)]
+    error = abs(ends[1] - ends[0]) / float(right.damping_ratio.max())
+    assert error > 0.01
+    assert found.attrs[MESH_ERRORS][1] == pytest.approx(error, rel=0.15)
+
+
+def test_modes_beyond_those_that_are_kept_are_refused():
+    """Beyond lie static shapes, whose frequencies are those of no mode."""
+    problem = meshed_problem(*parts(), modes_to=6e3)
+    number = problem.mesh.coordinates.modes
+    assert ss.nonlinear_modes(problem, number, (1e-9, 2e-9), harmonics=1, samples=64).dataset.sizes["case"] == 1
+    with pytest.raises(ss.InputError, match=f"mode must be at most {number}, the modes up to 6000 Hz, but is {number + 1}"):
+        ss.nonlinear_modes(problem, number + 1, (1e-9, 2e-9), harmonics=1, samples=64)
+
+
+def test_results_of_other_coordinates_are_refused(meshed):
+    with pytest.raises(ss.InputError, match="The problem of the modes must have their"):
+        ss.NonlinearModes(meshed.dataset, all_rows())

@@ -167,7 +167,7 @@ class LimitCyclesWork(Modes, Fed, Execution):
         started = time.process_time()
         balance = self.balance(case)
         curve = solve_mode(balance, *self.levels(balance), report)
-        arrays = self.arrays(balance, curve) | self.left_out(balance, curve.points)
+        arrays = self.arrays(balance, curve) | self.errors_on_mesh(balance, curve)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def arrays(self, balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
@@ -240,6 +240,9 @@ class NonlinearModes(Result):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "problem", on_its_coordinates(self.problem, self.dataset))
+        number, known = self.problem.structure.size, self.dataset.sizes["dof"]
+        if number != known:
+            raise fault("The problem of the modes", f"must have their {known} coordinates", number)
 
     def peaks(self, force_levels: ArrayLike, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """Resonance peaks of all force levels from one mode: force_level, frequency [Hz], amplitude [m] of an output,

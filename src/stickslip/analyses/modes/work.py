@@ -29,6 +29,7 @@ from stickslip.model.problem.meshed import finer, with_forces
 from stickslip.model.rigs import single_mass
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.schema import named, stacked, variables_in
+from stickslip.results.view import spread
 from stickslip.runs.work import Arrays, Progress, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import contact_cycle
@@ -44,7 +45,6 @@ from stickslip.solve.balance.fourier import (
     of_attribute,
 )
 from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance, mode_energy
-from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.curves.mode_curve import (
     BEFORE_SLIP,
@@ -265,6 +265,10 @@ def _fill_levels(
 MESH_ERRORS = "mesh_errors"
 """Of frequencies and damping ratios, relative: what the coordinates of a finite-element model leave out."""
 
+MEASURED = 9
+"""Points along a curve at which that is measured: errors are largest where the damping ratio rises, between its end and the most
+damped point."""
+
 Extended = Literal["first", "all"]
 
 LOWEST = 1e-3
@@ -341,15 +345,24 @@ class Modes(Settings):
             raise InputError("Of mode, frequency and largest_at_output one must be given at most, but there are several.")
         if self.frequency is None and not by_output:
             numbers = (1,) if self.mode is None else listed_modes("mode", self.mode)
-            return tuple(between("mode", number, 1, self.problem.structure.size) for number in numbers)
+            return tuple(self._known(between("mode", number, 1, self.problem.structure.size)) for number in numbers)
         with one_blas_thread():
             structures = ModalStructures(self.problem, (1,), 1)
         squares, shapes = structures.squares[structures.key[1]], structures.shapes[structures.key[1]]
         if self.frequency is not None:
             wanted = 2.0 * np.pi * positive("frequency", self.frequency)
             with np.errstate(divide="ignore"):
-                return (int(np.argmin(np.abs(1.0 / np.sqrt(squares) - wanted))) + 1,)
-        return (int(np.argmax(np.abs(shapes[len(self.problem.B) + self.output]) ** 2)) + 1,)
+                return (self._known(int(np.argmin(np.abs(1.0 / np.sqrt(squares) - wanted))) + 1),)
+        return (self._known(int(np.argmax(np.abs(shapes[len(self.problem.B) + self.output]) ** 2)) + 1),)
+
+    def _known(self, number: int) -> int:
+        """The number of a mode; of a finite-element model refused above those that are computed: beyond lie static shapes."""
+        mesh = self.problem.mesh
+        if mesh is not None and number > mesh.coordinates.modes:
+            highest_mode = f"{mesh.coordinates.modes}, the modes up to {mesh.stuck.modes_to:.5g} Hz"
+            remedy = "Let the band of [sweep] reach to the frequency of the mode, or take more harmonics."
+            raise fault("mode", f"must be at most {highest_mode}", number, remedy)
+        return number
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -394,9 +407,12 @@ class Modes(Settings):
                 for case, words in enumerate(work.words):
                     progress(case / len(work.modes), f"{words} on {work.problem.structure.size} coordinates")
                     balance = work.balance(case)
-                    points = followed(balance, *work.levels(balance))
-                    forces += [scaled(point.point.forces[: balance.rows]) for point in points]
-                    errors += list(work.left_out(balance, points).values()) if number else []
+                    points = [point.point for point in followed(balance, *work.levels(balance))]
+                    if number and points:
+                        error, solved = work.mesh_errors(balance, points)
+                        errors.append(error)
+                        points += solved  # contacts far stiffer than what they join carry other forces there
+                    forces += [scaled(point.forces[: balance.rows]) for point in points]
                 worst = float(np.max(np.nan_to_num(errors, nan=1.0)))  # too far away to be solved
                 if not forces or (number and not SETTLED < worst < 0.5 * before):
                     break
@@ -405,22 +421,41 @@ class Modes(Settings):
                 work = replace(work, problem=with_forces(work.problem, few_combinations(np.hstack(forces), share), share))
         return work
 
-    def left_out(self, balance: ModeBalance, points: Sequence[CurvePoint]) -> dict[str, NDArray[Any]]:
-        """Of a finite-element model, the largest changes of frequency and damping ratio, (2,), at both ends of a curve and at its
-        most damped point by all shapes of the contact forces there and by what the inertia of all shapes deforms: relative to
-        the frequency and to the largest damping ratio."""
-        if balance.problem.mesh is None or not points:
-            return {}
-        chosen = telling_points(balance, [point.point for point in points])
-        forces = np.hstack([scaled(point.forces[: balance.rows]) for point in chosen])
-        whole, found = self.balance_of(finer(balance.problem, forces), balance.followed), []
-        for point in chosen:
-            start = replace(point, omega=whole.linear_omega, level=whole.level_of(balance.amplitude_of(point)))
-            solution = correct(whole, start, fixed("level", start.level), ITERATIONS, HALVINGS)
-            if not solution.converged:
-                return {MESH_ERRORS: np.full(2, np.nan)}
-            found.append(solution.evaluation.point)
-        return {MESH_ERRORS: changes(telling(balance, chosen), telling(whole, found))}
+    def errors_on_mesh(self, balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
+        """The variable with the errors of a curve of a finite-element model."""
+        points = [point.point for point in curve.points]
+        return {MESH_ERRORS: self.mesh_errors(balance, points)[0]} if balance.problem.mesh and points else {}
+
+    def mesh_errors(self, balance: ModeBalance, points: Sequence[Point]) -> tuple[Array, list[Point]]:
+        """The largest errors (2,) by the coordinates of a mesh, of the frequency and, relative to the largest one, of the damping
+        ratio, at points spread along a curve; and the points solved with more coordinates.
+
+        All shapes of the contact forces there, and what the inertia of all shapes deforms, change them by a step, the forces then
+        by another one. The steps decrease by a ratio r, so that all of them come to step/(1 − r). NaN where they do not decrease,
+        or where a point is not found.
+        """
+        most = max(range(len(points)), key=lambda k: balance.damping_of(points[k]))
+        chosen = [points[k] for k in sorted({most, *spread(len(points), MEASURED)})]
+        places, steps = _places(balance, chosen), []
+        forces: list[Array] = []
+        solved: list[Point] = []
+        for _ in range(2):
+            forces += [scaled(point.forces[: balance.rows]) for point in chosen]
+            whole, solved = self.balance_of(finer(self.problem, np.hstack(forces)), balance.followed), []
+            for point in chosen:
+                start = replace(point, omega=whole.linear_omega, level=whole.level_of(balance.amplitude_of(point)))
+                solution = correct(whole, start, fixed("level", start.level), ITERATIONS, HALVINGS)
+                if not solution.converged:
+                    return np.full(2, np.nan), solved
+                solved.append(solution.evaluation.point)
+            moved, before = _places(whole, solved), places
+            scales = np.maximum(np.abs(before).max(axis=1), np.finfo(float).tiny)
+            steps.append(np.abs(moved - before).max(axis=1) / scales)
+            places, chosen, balance = moved, solved, whole
+        first, second = steps
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.where(second < first, first**2 / (first - second), first + second)
+        return np.where((second < first) | (second <= SETTLED), error, np.nan), solved
 
     def levels(self, balance: ModeBalance) -> tuple[float, float]:
         """The path parameter at both ends of the curve."""
@@ -451,7 +486,7 @@ class NonlinearModesWork(Modes, Execution):
         started = time.process_time()
         balance = self.balance(case)
         curve = solve_mode(balance, *self.levels(balance), report)
-        arrays = mode_arrays(balance, curve) | self.left_out(balance, curve.points)
+        arrays = mode_arrays(balance, curve) | self.errors_on_mesh(balance, curve)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def dataset(self, results: Sequence[Arrays], levels: Sequence[float] = ()) -> xr.Dataset:
@@ -460,21 +495,9 @@ class NonlinearModesWork(Modes, Execution):
         return with_peaks(modes_dataset(self.problem, results, attrs), self.problem, levels)
 
 
-def telling_points(balance: ModeBalance, points: Sequence[Point]) -> list[Point]:
-    """Those of a curve that tell whether its coordinates are enough: both ends and the most damped."""
-    return [points[0], points[-1], max(points, key=balance.damping_of)]
-
-
-def telling(balance: ModeBalance, points: Sequence[Point]) -> Array:
-    """Frequency and damping ratio there, (2, 3)."""
-    chosen = telling_points(balance, points)
-    return np.array([[of(point) for point in chosen] for of in (balance.omega_of, balance.damping_of)])
-
-
-def changes(before: Array, after: Array) -> Array:
-    """The largest change of frequency and of damping ratio, (2,), relative to the frequency and to the largest ratio."""
-    scales = np.maximum(np.abs(before).max(axis=1), np.finfo(float).tiny)
-    return np.asarray(np.abs(after - before).max(axis=1) / scales)
+def _places(balance: ModeBalance, points: Sequence[Point]) -> Array:
+    """Frequency and damping ratio of points, (2, points)."""
+    return np.array([[of(point) for point in points] for of in (balance.omega_of, balance.damping_of)])
 
 
 def attributes_of(results: Sequence[Arrays]) -> dict[str, Any]:

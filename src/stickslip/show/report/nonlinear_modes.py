@@ -76,12 +76,12 @@ def on_mesh(dataset: xr.Dataset) -> list[str]:
     if np.isnan(frequency):
         return [f"The error by the {number} coordinates of the mesh is not known: the motion on more of them was not found"]
     found = (
-        f"What contacts deform beyond the {number} coordinates of the mesh changes frequencies by up to {in_percent(frequency)} "
-        f"and damping ratios by up to {in_percent(damping)} of the largest"
+        f"The {number} coordinates of the mesh leave an error of up to about {in_percent(frequency)} in frequencies and "
+        f"{in_percent(damping)} of the largest in damping ratios"
     )
     if max(frequency, damping) <= ALLOWED:
         return [found]
-    return [f"  warning: {found}. More harmonics bring more modes of the structure: compare with one more"]
+    return [f"  warning: {found}. More harmonics bring more modes, and `points` in [[contact]] keeps the rows of its contacts"]
 
 
 def _level_lines(mode: xr.Dataset, output: str) -> list[str]:

@@ -60,10 +60,10 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
     frequencies = problem.frequencies(stuck=True)
     inside = np.flatnonzero((frequencies >= low) & (frequencies <= high))
     if not inside.size:
-        near = ", ".join(f"{value:.5g}" for value in frequencies[:6])
+        near = ", ".join(f"{value:.5g}" for value in frequencies[:6]) + (", ..." if frequencies.size > 6 else "")
         raise InputError(
-            f"[sweep]: the band must hold a natural frequency of the stuck structure, but {low:g} to {high:g} Hz holds none of "
-            f"{near}{', ...' if frequencies.size > 6 else ''} Hz. Widen it, or give the number of a mode."
+            f"[sweep]: the band must hold a natural frequency of the stuck structure, but {low:g} to {high:g} Hz holds none"
+            f"{f' of {near} Hz' if near else ''}. Widen it, or give the number of a mode."
         )
     return tuple(int(k) + 1 for k in inside)
 
