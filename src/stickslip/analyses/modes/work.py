@@ -417,7 +417,8 @@ class Modes(Settings):
                 if not forces or (number and not SETTLED < worst < 0.5 * before):
                     break
                 if number:
-                    before, share = worst, NEGLIGIBLE * (SETTLED / worst) ** 2
+                    before = worst
+                    share = NEGLIGIBLE * (SETTLED / worst) ** 2 if np.isfinite(errors).all() else share
                 work = replace(work, problem=with_forces(work.problem, few_combinations(np.hstack(forces), share), share))
         return work
 
@@ -432,26 +433,29 @@ class Modes(Settings):
 
         All shapes of the contact forces there, and what the inertia of all shapes deforms, change them by a step, the forces then
         by another one. The steps decrease by a ratio r, so that all of them come to step/(1 − r). NaN where they do not decrease,
-        or where a point is not found.
+        or where fewer than half of the points are found: beside a fold the finer curve may not reach the amplitude.
         """
         most = max(range(len(points)), key=lambda k: balance.damping_of(points[k]))
         chosen = [points[k] for k in sorted({most, *spread(len(points), MEASURED)})]
-        places, steps = _places(balance, chosen), []
+        count, steps = len(chosen), []
         forces: list[Array] = []
         solved: list[Point] = []
         for _ in range(2):
             forces += [scaled(point.forces[: balance.rows]) for point in chosen]
             whole, solved = self.balance_of(finer(self.problem, np.hstack(forces)), balance.followed), []
+            known = []
             for point in chosen:
                 start = replace(point, omega=whole.linear_omega, level=whole.level_of(balance.amplitude_of(point)))
                 solution = correct(whole, start, fixed("level", start.level), ITERATIONS, HALVINGS)
-                if not solution.converged:
-                    return np.full(2, np.nan), solved
-                solved.append(solution.evaluation.point)
-            moved, before = _places(whole, solved), places
+                if solution.converged:
+                    known.append(point)
+                    solved.append(solution.evaluation.point)
+            if 2 * len(solved) < count:
+                return np.full(2, np.nan), solved
+            moved, before = _places(whole, solved), _places(balance, known)
             scales = np.maximum(np.abs(before).max(axis=1), np.finfo(float).tiny)
             steps.append(np.abs(moved - before).max(axis=1) / scales)
-            places, chosen, balance = moved, solved, whole
+            chosen, balance = solved, whole
         first, second = steps
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.where(second < first, first**2 / (first - second), first + second)
