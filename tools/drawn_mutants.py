@@ -228,17 +228,25 @@ def page(sample: dict[str, list[Drawable]], sizes: dict[str, int], command: str)
     missed, decided = totals["survives"], totals["killed"] + totals["survives"]
     most = beta.ppf(0.95, missed + 1, decided - missed) if decided > missed else 1.0
     listed = "\n".join(survivors) or "None."
+    undecided = totals["drawn"] - totals["run"] - totals["equivalent"]
+    share = (
+        f"{100.0 * missed / max(decided, 1):.1f} %; of all {sum(sizes.values())} possible ones\nat most {100.0 * most:.0f} % with "
+        "95 % confidence, unless tests were written for the survivors of this seed: then take another\nseed"
+    )
+    if undecided:
+        share = (
+            f"{undecided} more of the sample are not decided, among them\nthose that the nearest tests did not notice, so that this "
+            "is no share of all"
+        )
     return f"""# Formulas broken at random
 
 `make mutants-drawn` breaks formulas of the package one at a time: an operator, a sign, a direction of a comparison, a
 conjugate, a transpose, a factor, an index or axis, a unit, min for max, cos for sin. Of all such changes it draws a sample by a
 seed, from each room as many as it has of them, and runs the quick tests of that room until one fails.
 
-**{missed} of {decided} changes survive** ({100.0 * missed / max(decided, 1):.1f} %; of all {sum(sizes.values())} possible ones
-at most {100.0 * most:.0f} % with 95 % confidence, unless tests were written for the survivors of this seed: then take another
-seed). Changes without effect are listed with the reason in `tests/mutants.toml` and do not count; a run that takes too long is
-neither noticed nor survives. Of an interrupted run, those not run include what the nearest tests did not notice and more tests
-have yet to see: the share above is then too low. A change takes {seconds / max(totals["run"], 1):.0f} s of processor time.
+**{missed} of {decided} changes survive** ({share}).
+Changes without effect are listed with the reason in `tests/mutants.toml` and do not count; a run that takes too long is
+neither noticed nor survives. A change takes {seconds / max(totals["run"], 1):.0f} s of processor time.
 
 | room | possible | drawn | noticed | survive | equivalent | out of time | not run |
 | --- | --- | --- | --- | --- | --- | --- | --- |
