@@ -230,13 +230,13 @@ def page(sample: dict[str, list[Drawable]], sizes: dict[str, int], command: str)
     listed = "\n".join(survivors) or "None."
     undecided = totals["drawn"] - totals["run"] - totals["equivalent"]
     share = (
-        f"{100.0 * missed / max(decided, 1):.1f} %; of all {sum(sizes.values())} possible ones\nat most {100.0 * most:.0f} % with "
-        "95 % confidence, unless tests were written for the survivors of this seed: then take another\nseed"
+        f"{100.0 * missed / max(decided, 1):.1f} %; of all {sum(sizes.values())} possible ones\nat most {100.0 * most:.0f} % "
+        "with 95 % confidence, unless tests were written for the survivors of this seed: then take another\nseed"
     )
     if undecided:
         share = (
-            f"{undecided} more of the sample are not decided, among them\nthose that the nearest tests did not notice, so that this "
-            "is no share of all"
+            f"{undecided} more of the sample are not decided, among them\nthose that the nearest tests did not notice, so that "
+            "this is no share of all"
         )
     return f"""# Formulas broken at random
 
