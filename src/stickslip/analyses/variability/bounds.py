@@ -30,9 +30,9 @@ from stickslip.analyses.settings import (
     Execution,
     ForceLevels,
     MeasuredOutput,
-    OfProblem,
     OneBalance,
     OneOf,
+    ProblemWithShapes,
     Rule,
     Sampled,
     Seed,
@@ -235,7 +235,7 @@ def _upwards(name: str, band: Any) -> Band | tuple[float, ...]:
 class BoundsWork(OneBalance, AtLevels, Sampled, MeasuredOutput, Execution):
     """The search for bounds as independent cases: neighbouring frequencies at one level, or the peak at neighbouring levels."""
 
-    problem: OfProblem
+    problem: ProblemWithShapes
     band: Annotated[Band | Sequence[float], Setting(_upwards)]
     force: ForceLevels = 1.0
     objective: Annotated[

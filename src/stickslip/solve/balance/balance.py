@@ -41,13 +41,14 @@ from stickslip.solve.balance.newton_matrix import (
     lu_solve_transposed,
     places,
     pushed,
+    pushed_back,
     three_blocks,
     weights_on,
 )
 from stickslip.solve.balance.receptance import driven_states, frequency_gains, pulled_by_states
 from stickslip.solve.balance.system import FREE, SMALLER, Border, Bordered, Control, Direction, State, System
 from stickslip.support.checks import Array, Index, fault
-from stickslip.support.kernels import inner, kernel
+from stickslip.support.kernels import kernel
 from stickslip.support.kernels.arrays import empty_table, zero_table
 from stickslip.support.kernels.views import Placed, view
 
@@ -68,9 +69,12 @@ def solve_transposed(given: System, bordered: Bordered, right: Array) -> None:
     active = np.flatnonzero(offsets[1:] > offsets[:-1])
     gains = frequency_gains(modes, bordered.omega, (columns - 1) // 2)
     driven = driven_states(modes, gains, bordered.omega, active)
-    line = empty_table(1, states + borders)
+    line, blocks = empty_table(1, states + borders), three_blocks(bordered)
+    normal, partner = system.table.loading_row, system.table.partner_row
     for each in right:
-        in_line(modes, kept, starts, weights_on(modes, _pushed_back(system, bordered, each)), -1.0, line[0])
+        back = zero_table(modes.shape.shape[0], columns)
+        pushed_back(offsets, kept, normal, partner, blocks, each, back)
+        in_line(modes, kept, starts, weights_on(modes, back), -1.0, line[0])
         for n in range(borders):
             line[0, states + n] = each[size + n]
             for k in range(size):
@@ -83,25 +87,6 @@ def solve_transposed(given: System, bordered: Bordered, right: Array) -> None:
                 each[offsets[active[a]] + k] -= pull[a, kept[k]]
         for n in range(borders):
             each[size + n] = line[0, states + n]
-
-
-@inner
-def _pushed_back(system: System, bordered: Bordered, values: Array) -> Array:
-    """Eᵀ x (motion rows, 2H+1) of the unknowns x that stand first in values."""
-    kept, offsets = system.kept, bordered.offsets
-    normal, partner = system.table.loading_row, system.table.partner_row
-    own, coupling, cross = three_blocks(bordered)
-    found = zero_table(system.modes.shape.shape[0], bordered.mask.shape[1])
-    for r in range(normal.size):
-        for k in range(offsets[r + 1] - offsets[r]):
-            i, value = kept[k], values[offsets[r] + k]
-            for j in range(found.shape[1]):
-                found[r, j] += own[r, i, j] * value
-                if normal[r] >= 0:
-                    found[normal[r], j] += coupling[r, i, j] * value
-                if partner[r] >= 0:
-                    found[partner[r], j] += cross[r, i, j] * value
-    return found
 
 
 Parameter = Literal["omega", "level"]
@@ -415,4 +400,11 @@ class HarmonicBalance:
         state = self._derived(evaluation)
         normal, partner = self.table.loading_row, self.table.partner_row
         pushed(offsets, self.kept, normal, partner, state.own, state.coupling, state.cross, dw, result)
+        return result
+
+    def pushed_back(self, evaluation: Evaluation, offsets: Index, values: Array) -> Array:
+        """Eᵀ x (motion rows, 2H+1) of unknowns x, which stand first in values: weights of the motion in a weighted sum of λ̂."""
+        result, state = np.zeros_like(evaluation.w), self._derived(evaluation)
+        normal, partner = self.table.loading_row, self.table.partner_row
+        pushed_back(offsets, self.kept, normal, partner, (state.own, state.coupling, state.cross), values, result)
         return result

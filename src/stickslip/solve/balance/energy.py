@@ -29,6 +29,14 @@ def cycle_work(force: Array, motion: Array) -> Array:
     return np.asarray(np.pi * np.sum(order * crossed, axis=-1))
 
 
+def work_weights(motion: Array) -> Array:
+    """Derivatives of `cycle_work` by the forces (..., 2H+1); those by the motion are −`work_weights(force)`."""
+    weights = np.zeros_like(motion)
+    order = np.pi * np.arange(1, (motion.shape[-1] + 1) // 2)
+    weights[..., 1::2], weights[..., 2::2] = order * motion[..., 2::2], -order * motion[..., 1::2]
+    return weights
+
+
 @dataclass(frozen=True)
 class Energy:
     """Energies of solved points, (points,) each; dissipated (points, rows): contact work of each row, J.
@@ -94,24 +102,22 @@ class EnergyBalance:
         """The loss factor of one solved point."""
         return float(self.along([evaluation]).loss_factor[0])
 
-    def loss_factor_slopes(self, evaluation: Evaluation, forces: Array, motion: Array) -> Array:
-        """dη for changes of λ (k, rows, 2H+1) and w (k, motion rows, 2H+1) between solutions, (k,)."""
+    def loss_factor_weights(self, evaluation: Evaluation) -> tuple[Array, Array]:
+        """Weights of changes of λ (rows, 2H+1) and w (motion rows, 2H+1) between solutions, whose sum is dη."""
         balance, point = self.balance, evaluation.point
         rows, order = balance.rows, np.repeat(np.arange(1, balance.highest + 1), 2)
         q, omega = balance.linear.whole_motion(point.forces, point.omega, point.level)[None], np.array([point.omega])
         potential, instant, stress = self._potential(q, omega)
-        potential_weight = self._potential_weight(int(instant[0]), stress[0])
         viscous_weight = 2.0 * np.pi * point.omega * order**2 * self._damped(q)[0]
         work = float(cycle_work(point.forces, evaluation.w[:rows]).sum())
         work += 0.5 * float(np.sum(viscous_weight * q[0, :, 1:]))
-        slopes = np.empty(len(forces))
-        for k, change in enumerate(forces):
-            dq = balance.linear.whole_change(change, point.omega)[:, 1:]
-            work_slope = float(cycle_work(change, evaluation.w[:rows]).sum() + cycle_work(point.forces, motion[k, :rows]).sum())
-            work_slope += float(np.sum(viscous_weight * dq))
-            slopes[k] = work_slope - work * float(np.sum(potential_weight * dq)) / potential[0]
-        slopes /= 2.0 * np.pi * self._cycles(self._excitation(point)[None], q) * potential
-        return slopes
+        of_q = np.zeros(q.shape[1:])
+        of_q[:, 1:] = viscous_weight - work / potential[0] * self._potential_weight(int(instant[0]), stress[0])
+        of_forces = work_weights(evaluation.w[:rows]) + balance.linear.weights_of_whole_change(of_q, point.omega)
+        of_motion = np.zeros_like(evaluation.w)
+        of_motion[:rows] = -work_weights(point.forces)
+        scale = 1.0 / (2.0 * np.pi * self._cycles(self._excitation(point)[None], q)[0] * potential[0])
+        return scale * of_forces, scale * of_motion
 
     def _cycles(self, excitation: Array, q: Array) -> Index:
         """Cycles of the vibration in the period of the balance (points,): the order of the excited harmonic with most work of the

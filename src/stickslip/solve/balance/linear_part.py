@@ -28,6 +28,7 @@ from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave
 from stickslip.model.problem.truncation import uncoupled_beyond
 from stickslip.solve.balance.fourier import Harmonics, highest, orders
 from stickslip.solve.balance.receptance import (
+    BLOCK,
     BLOCK_FIRST,
     BLOCK_SECOND,
     PAIR_FIRST,
@@ -44,12 +45,13 @@ from stickslip.solve.balance.receptance import (
     modal_states,
     motion,
     motion_slope,
+    pulled,
     receptance,
 )
 from stickslip.solve.balance.resonances import Resonances
 from stickslip.support.checks import Array, Index, InputError
 from stickslip.support.kernels import boxed, compiled, kernel
-from stickslip.support.kernels.arrays import zero_table
+from stickslip.support.kernels.arrays import empty_table, zero_table
 from stickslip.support.kernels.views import view
 
 NEGLIGIBLE, ROUNDED = 1e-8, 1e-10
@@ -349,6 +351,11 @@ class LinearPart:
         """Change of motion −G'δλ (rows, 2H+1) for a change of forces δλ."""
         return _change(self.modes, self.highest, np.ascontiguousarray(forces), omega)
 
+    def weights_of_change(self, weights: Array, omega: float) -> Array:
+        """Weights of forces δλ (contact rows, 2H+1) in the sum of the motions that they change, each with its weight (rows,
+        2H+1): −G'ᵀ times these."""
+        return _weights_of_change(self.modes, np.ascontiguousarray(weights), omega)
+
     def first_harmonics(self, omegas: Array, columns: Index) -> tuple[Complex, Complex]:
         """X_1 of the motion per unit force level (k, rows), and G' of harmonic 1 to all rows (k, rows, columns), at frequencies
         (k,)."""
@@ -358,9 +365,9 @@ class LinearPart:
         """Motion of every coordinate of the structure (n, 2H+1), m: of every degree of freedom, unless these are more."""
         return _motion(self._whole, self.highest, forces, omega, level)
 
-    def whole_change(self, forces: Array, omega: float) -> Array:
-        """Change of q (n, 2H+1) for a change of forces δλ."""
-        return _change(self._whole, self.highest, np.ascontiguousarray(forces), omega)
+    def weights_of_whole_change(self, weights: Array, omega: float) -> Array:
+        """The same with weights of q (n, 2H+1)."""
+        return _weights_of_change(self._whole, np.ascontiguousarray(weights), omega)
 
 
 @kernel
@@ -379,6 +386,17 @@ def _slope(given: Modes, harmonics: int, forces: Array, omega: float, level: flo
 def _change(given: Modes, harmonics: int, forces: Array, omega: float) -> Array:
     modes = view(given)
     return boxed(change(modes, frequency_gains(modes, omega, harmonics), forces, omega))
+
+
+@kernel
+def _weights_of_change(given: Modes, weights: Array, omega: float) -> Array:
+    modes = view(given)
+    rows, gains = modes.receiver.shape[0], frequency_gains(modes, omega, (weights.shape[1] - 1) // 2)
+    found = empty_table(rows, weights.shape[1])
+    for first in range(0, rows, BLOCK):
+        some = np.arange(first, min(first + BLOCK, rows))
+        found[first : first + some.size] = pulled(modes, driven_states(modes, gains, omega, some), weights)
+    return boxed(found)
 
 
 @kernel

@@ -168,6 +168,30 @@ def pushed(
             result[offsets[r] + k] = total
 
 
+@kernel
+def pushed_back(
+    offsets: Index,
+    kept: Index,
+    normal: Index,
+    partner: Index,
+    blocks: tuple[Array, Array, Array],
+    values: Array,
+    result: Array,
+) -> None:
+    """Add Eᵀ x of the unknowns x, which stand first in values, to result (motion rows, 2H+1), zeros before; blocks: own, coupling
+    and cross of E."""
+    own, coupling, cross = blocks
+    for r in range(normal.size):
+        for k in range(offsets[r + 1] - offsets[r]):
+            i, value = kept[k], values[offsets[r] + k]
+            for j in range(result.shape[1]):
+                result[r, j] += own[r, i, j] * value
+                if normal[r] >= 0:
+                    result[normal[r], j] += coupling[r, i, j] * value
+                if partner[r] >= 0:
+                    result[partner[r], j] += cross[r, i, j] * value
+
+
 @inner
 def spread(mask: NDArray[np.bool_], solution: Array, forces: Array) -> None:
     """Put the unknowns of a solution into the entries of `forces` (rows, 2H+1) that the mask says are unknown."""

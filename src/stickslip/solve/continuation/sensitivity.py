@@ -59,6 +59,31 @@ def respond(
     return Change(changed, whole if motion is None else whole + motion, level)
 
 
+def weights_of_contact_forces(
+    balance: HarmonicBalance, evaluation: Evaluation, factors: Factors, forces: Array, motion: Array
+) -> Array:
+    """Weights of changes of λ̂ at fixed λ (rows, 2H+1) in a sum of the changes of λ and w that follow, which have the weights
+    `forces` (rows, 2H+1) and `motion` (motion rows, 2H+1).
+
+    The transpose of `respond`: one solution for any number of changes.
+    """
+    omega, size = evaluation.point.omega, factors.size
+    held = _held_slope(balance, evaluation)
+    weights = forces + balance.linear.weights_of_change(motion, omega)
+    right = np.zeros((1, factors.rows))
+    right[0, :size] = weights[factors.mask]
+    if held is not None:
+        by_level = balance.linear.slope(evaluation.point.forces, omega, evaluation.point.level, by_level=True)
+        right[0, size + 1] = float(np.vdot(motion, by_level))
+    (solution,) = factors.solve_transposed(right)
+    through = balance.pushed_back(evaluation, factors.offsets, solution)
+    if held is not None:
+        through -= solution[size + 1] * held
+    weights += balance.linear.weights_of_change(through, omega)
+    weights[factors.mask] = solution[:size]
+    return weights
+
+
 def _held_slope(balance: HarmonicBalance, evaluation: Evaluation) -> Array | None:
     """The derivative of a held amplitude by the motion, relative to it, or None where the force level is given."""
     control = balance.control
@@ -71,28 +96,34 @@ def _held_slope(balance: HarmonicBalance, evaluation: Evaluation) -> Array | Non
 
 
 def start_slopes(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[Index, Array]:
-    """Elements whose start value acts on the force, and ∂λ̂/∂(value) of each, (k, rows, 2H+1).
+    """Elements whose start value acts on the force, and ∂λ̂/∂(value) of each, (k, rows, 2H+1)."""
+    elements, rows, slopes = mean_slopes(balance, evaluation)
+    result = np.zeros((elements.size, balance.rows, balance.columns))
+    result[np.arange(elements.size), rows, 0] = slopes
+    return elements, result
+
+
+def mean_slopes(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[Index, Index, Array]:
+    """Elements whose start value acts on the force, the row of each, and ∂λ̂/∂(value) there, of the mean alone, (k,) each.
 
     An element acts when it sticks all through the steady period and its start is not clipped: offset −kt, ratio μN_last,
-    mean traction 1, at harmonic 0. One whose law forgets its start never does.
+    mean traction 1. One whose law forgets its start never does.
     """
     remember = remembering(balance.problem.contacts)
     table, tables, w = evaluation.table, balance.tables, evaluation.w
     samples = tables.E.shape[0]
     y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
-    found: list[int] = []
-    slopes: list[tuple[int, float]] = []
+    found: list[tuple[int, int]] = []
+    slopes: list[float] = []
     for e, r, u, limit, landing in friction_limits(table, tables, w):
         kt, kind, value = table.stiffness[e], int(table.start_kind[e]), table.start_value[e]
         state = friction_period(kind, value, kt, kt * u, limit, landing, kt * w[r, 0], y, event)
         acts = _start_slope(state, kind, kt, limit) if remember[e] else None
         if acts is not None:
-            found.append(e)
-            slopes.append((r, acts))
-    result = np.zeros((len(found), balance.rows, balance.columns))
-    for k, (row, value) in enumerate(slopes):
-        result[k, row, 0] = value
-    return np.array(found, dtype=np.int64), result
+            found.append((e, r))
+            slopes.append(acts)
+    elements, rows = np.array(found, dtype=np.int64).reshape(-1, 2).T
+    return elements, rows, np.array(slopes)
 
 
 def _start_slope(state: tuple[int, int, float], kind: int, kt: float, limit: Array) -> float | None:

@@ -24,7 +24,7 @@ from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.continuation import trace
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
+from stickslip.solve.continuation.sensitivity import mean_slopes, solved_factors, weights_of_contact_forces
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, Plane, plane_at
 from stickslip.solve.peaks.search import SAME_PEAK, PeakSearch
@@ -32,9 +32,9 @@ from stickslip.solve.starts.states import StartSolutions, StartSpace, UnsolvedEr
 from stickslip.support.checks import Array
 from stickslip.support.outcome import Outcome
 
-Slopes = Callable[[Array, Array], Array]
-"""Changes (dλ, dw) of solutions into changes of a value, (k,)."""
-Objective = Callable[[HarmonicBalance, Evaluation], tuple[float, Slopes]]
+Weights = Callable[[], tuple[Array, Array]]
+"""Derivatives of a value by λ (rows, 2H+1) and by w (motion rows, 2H+1)."""
+Objective = Callable[[HarmonicBalance, Evaluation], tuple[float, Weights]]
 """Value at a solved point, and how it changes."""
 LEAPS, TRIES, SHARE = 2, 12, 0.2
 """Leaps away from an extreme, start states tried in each, and the share of the variables that leap."""
@@ -55,10 +55,10 @@ class Effort:
 def size_of(output: int, measure: Measure) -> Objective:
     """A measure of an output, at the frequency of the point."""
 
-    def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Slopes]:
-        row, omega = balance.rows + output, evaluation.point.omega
-        size = measure.size(evaluation.w[row], omega)
-        return size, lambda forces, motion: measure.slope(evaluation.w[row], omega, motion[:, row])[1]
+    def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Weights]:
+        row, motion = balance.rows + output, np.zeros_like(evaluation.w)
+        size, motion[row], _ = measure.gradient(evaluation.w[row], evaluation.point.omega)
+        return size, lambda: (np.zeros_like(evaluation.point.forces), motion)
 
     return objective
 
@@ -68,19 +68,19 @@ def loss_factor(energy: EnergyBalance) -> Objective:
     Blade with Under-Platform Dampers".
     """
 
-    def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Slopes]:
-        return energy.loss_factor(evaluation), lambda forces, motion: energy.loss_factor_slopes(evaluation, forces, motion)
+    def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Weights]:
+        return energy.loss_factor(evaluation), lambda: energy.loss_factor_weights(evaluation)
 
     return objective
 
 
-def start_gradient(balance: HarmonicBalance, space: StartSpace, evaluation: Evaluation, slope_of: Slopes) -> Array:
+def start_gradient(balance: HarmonicBalance, space: StartSpace, evaluation: Evaluation, weights: Weights) -> Array:
     """Gradient by the start variables of a function of a solved point."""
-    elements, slopes = start_slopes(balance, evaluation)
+    elements, rows, slopes = mean_slopes(balance, evaluation)
     if not elements.size:
         return np.zeros(space.size)
-    change = respond(balance, evaluation, solved_factors(balance, evaluation), slopes)
-    return space.gradient(elements, slope_of(change.forces, change.motion))
+    factors = solved_factors(balance, evaluation)
+    return space.gradient(elements, slopes * weights_of_contact_forces(balance, evaluation, factors, *weights())[rows, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +123,8 @@ class AtFrequency:
     def value(self, variables: Array) -> tuple[Extreme, Array]:
         """What a start state gives, and the gradient."""
         balance, evaluation = self.solutions.solve(variables)
-        value, slope_of = self.objective(balance, evaluation)
-        gradient = start_gradient(balance, self.space, evaluation, slope_of)
+        value, weights = self.objective(balance, evaluation)
+        gradient = start_gradient(balance, self.space, evaluation, weights)
         return Extreme(variables.copy(), value, balance, evaluation), gradient
 
 
@@ -283,8 +283,8 @@ class AtPeak:
     def _at(self, balance: HarmonicBalance, variables: Array, evaluation: Evaluation) -> tuple[Extreme, Array]:
         known = (variables.copy(), evaluation.point, plane_at(balance, evaluation))
         self.known = [*self.known[-KNOWN:], known]
-        value, slope_of = size_of(self.output, self.measure)(balance, evaluation)
-        return Extreme(variables.copy(), value, balance, evaluation), start_gradient(balance, self.space, evaluation, slope_of)
+        value, weights = size_of(self.output, self.measure)(balance, evaluation)
+        return Extreme(variables.copy(), value, balance, evaluation), start_gradient(balance, self.space, evaluation, weights)
 
     def _climbed(self, solver: PeakSolver, variables: Array) -> Evaluation:
         """The peak near that of the nearest known start state: at once, else by way of start states between its own and this."""

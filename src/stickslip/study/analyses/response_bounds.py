@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache, partial
 from typing import Any
 
 from stickslip.analyses.forced_response import ForcedResponseWork
@@ -26,14 +27,14 @@ def plan(asked: Asked) -> Works:
     sweep, settings = sweep_of(asked), in_si(asked.tables.get("response_bounds", BoundsTable()), asked.units)
     refuse_discs(sweep.problem)
 
-    def works() -> dict[str, Work]:
-        base = ForcedResponseWork.of(replace(sweep, isolated=False))
+    def works(base: ForcedResponseWork) -> dict[str, Work]:
         return {"": base, "bounds": BoundsWork(**taken_over(base), band=sweep.band, force=base.levels, **settings)}
 
     def gathered(works: Mapping[str, Any], arrays: Mapping[str, Sequence[Arrays]]) -> "xr.Dataset":
         return attached(works[""].gathered(arrays[""]).dataset, works["bounds"].gathered(arrays["bounds"]))
 
-    return Works(works, summary_of(sweep), gathered)
+    base = cache(partial(ForcedResponseWork.of, replace(sweep, isolated=False)))
+    return Works(lambda: works(base()), summary_of(sweep), gathered, on_mesh=lambda progress: works(base().with_shapes(progress)))
 
 
-KIND = Kind(plan, {"response_bounds": BoundsTable}, optional=("response_bounds",))
+KIND = Kind(plan, {"response_bounds": BoundsTable}, optional=("response_bounds",), from_mesh=True)
