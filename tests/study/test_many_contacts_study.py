@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
+from stickslip.model.contact.point import SliderOffset
 from stickslip.results.files import open_results
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.study import read, run_time, structure
@@ -90,14 +91,14 @@ def test_memory_of_a_run_is_said_and_refused_where_the_machine_has_less(folder, 
     "change",
     [
         ("\n[damping]\nmodal = 0.002", '\n[damping]\nmodal = 0.002\non = "free"'),
-        ('analysis = "forced_response"', 'analysis = "response_bounds"'),
+        ('analysis = "forced_response"', 'analysis = "controlled_response"'),
         ('surface = "left/PLATR"', 'points = 3\nsurface = "left/PLATR"'),
     ],
 )
 def test_rows_are_kept_where_they_are_needed(folder, from_mesh, change):  # noqa: F811
     text = SWEEP.replace(*change)
-    if "bounds" in change[1]:
-        text = text.replace("force_levels = [0.3, 1.0]\n", "") + "[response_bounds]\n"
+    if "controlled" in change[1]:
+        text = text.replace("force_levels = [0.3, 1.0]\n", "") + "[controlled_response]\namplitude = [0.01]\n"
     if "points" in change[1]:
         text = text.replace('surface = "right/PLATL"', 'points = 3\nsurface = "right/PLATL"')
     (folder / "other.toml").write_text(text)
@@ -136,7 +137,7 @@ def test_other_analyses_need_the_shapes_of_a_forced_response(folder, from_mesh):
     with pytest.raises(ss.InputError, match=r"shapes of its contact forces, .* Give `forced_response\(...\).problem`"):
         ss.response_samples(problem, [550.0], 1.0)
     with pytest.raises(ss.InputError, match="must have a row for each direction of its contacts"):
-        ss.response_bounds(problem, [550.0], 1.0)
+        ss.controlled_response(problem, ss.hertz(500.0, 600.0), 1e-5)
 
 
 @pytest.mark.slow
@@ -159,3 +160,29 @@ def test_start_states_from_the_mesh(folder, from_mesh, monkeypatch):  # noqa: F8
     assert np.ptp(again[..., 0]) > 0.01 * again[..., 0].max()
     corrected = data.amplitude.values * (1.0 + data.modal_error.values[:, None, :])
     assert corrected == pytest.approx(again, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("objective", ["amplitude", "peak"])
+def test_bounds_from_the_mesh(folder, from_mesh, monkeypatch, objective):  # noqa: F811
+    """The start state of each bound gives with kept rows and ten times the modes what is said of it, to the error that is said."""
+    text = SWEEP.replace('analysis = "forced_response"', 'analysis = "response_bounds"').replace("[0.3, 1.0]", "[1.0]")
+    text += f'[response_bounds]\nobjective = "{objective}"\ncloud = 4\nstarts = 1\nshare = "all"\n'
+    where = "at = [540.0]" if objective == "amplitude" else "frequency = [530.0, 560.0]"
+    text = text.replace("frequency = [480.0, 620.0]", where)
+    result = run(folder, objective, text, "--workers", "1")
+    assert result.exit_code == 0, result.output
+    data = open_results(folder / objective / "results.nc")
+    low, high = data.bounds_amplitude.values[0, :, 0]
+    assert low < (1.0 - 1e-3) * high
+    errors = np.abs(data.bounds_modal_error.values[0, :, 0])
+    assert errors.max() < 1e-3
+    monkeypatch.undo()
+    (folder / "rows.toml").write_text(text.replace("modes = 6", "modes = 60"))
+    rows = ss.read_problem(folder / "rows.toml")
+    assert rows.mesh is None
+    for bound in range(2):
+        value, element = data.bounds_start_value.values[0, bound, 0], iter(range(10**9))
+        started = rows.with_contacts(lambda each: each.with_start(tuple(SliderOffset(value[[next(element)]]) for _ in each.starts)))
+        found = ss.forced_response(started, [data.bounds_resonance.values[0, bound, 0]], 1.0, harmonics=3, samples=256)
+        assert found.dataset.amplitude.values.ravel()[0] == pytest.approx((low, high)[bound], rel=2e-3)

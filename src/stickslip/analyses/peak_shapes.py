@@ -91,15 +91,21 @@ def own_shapes_error(
     return errors_by(started(all_shapes), balance, balance, curve, measure)
 
 
-def own_shapes_change(balance: HarmonicBalance, peak: Evaluation, output: int, measure: Measure) -> float:
-    """The same of one output at one of its peaks; NaN where that cannot be solved on these shapes."""
+def own_shapes_change(
+    balance: HarmonicBalance,
+    solved: Evaluation,
+    output: int,
+    measure: Measure,
+    started: Callable[[HarmonicBalance], HarmonicBalance] = lambda whole: whole,
+    at_peak: bool = True,
+) -> float:
+    """The same of one output at one of its peaks, or else at a frequency; NaN where that cannot be solved on these shapes."""
     row = balance.rows + output
-    solution = solved_again(
-        _with_all_shapes(balance, scaled(peak.point.forces)), balance, peak.point, output, peak.w[row][balance.first]
-    )
+    all_shapes = started(_with_all_shapes(balance, scaled(solved.point.forces)))
+    solution = solved_again(all_shapes, balance, solved.point, output, solved.w[row][balance.first] if at_peak else None)
     if solution is None:
         return np.nan
-    return measure.size(solution.w[row], solution.point.omega) / measure.size(peak.w[row], peak.point.omega) - 1.0
+    return measure.size(solution.w[row], solution.point.omega) / measure.size(solved.w[row], solved.point.omega) - 1.0
 
 
 def _with_all_shapes(balance: HarmonicBalance, forces: Array) -> HarmonicBalance:

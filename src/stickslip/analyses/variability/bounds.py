@@ -17,13 +17,14 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.forced_response import compile_forced_response
+from stickslip.analyses.peak_shapes import own_shapes_change
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     AtLevels,
@@ -188,7 +189,8 @@ def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int, me
     space, count = search.places[0].space, len(search.places)
     sizes = {"bound": len(BOUNDS), "frequency": count, "variable": space.size, "element": space.group.size}
     sizes |= {"row": balance.rows, "sample": balance.tables.E.shape[0], "start": len(search.cloud)}
-    arrays = {name: np.full([sizes[d] for d in dims], np.nan) for name, (dims, _, _) in VARIABLES.items()}
+    known = [name for name in VARIABLES if name != "modal_error" or balance.problem.mesh is not None]
+    arrays = {name: np.full([sizes[d] for d in VARIABLES[name][0]], np.nan) for name in known}
     outcomes = [[search.outcome(bound, k) for k in range(count)] for bound in range(len(BOUNDS))]
     arrays["outcome"] = np.array(outcomes, dtype=np.int8)
     arrays["unsolved_share"] = np.array([search.unsolved_share(k) for k in range(count)])
@@ -203,6 +205,10 @@ def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int, me
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
         arrays["amplitude"][at] = size(evaluation)
         arrays["loss_factor"][at] = energy.loss_factor(evaluation)
+        if balance.problem.mesh is not None:
+            place = search.places[at[1]]
+            started, at_peak = partial(place.space.balance, variables=found.variables), isinstance(place, AtPeak)
+            arrays["modal_error"][at] = own_shapes_change(found.balance, evaluation, output, measure, started, at_peak)
         arrays["resonance"][at] = evaluation.point.omega / (2.0 * np.pi)
         arrays["start_variable"][at], arrays["start_value"][at] = found.variables, values
         arrays["contact_motion"][at], arrays["contact_force"][at] = cycle.displacement, cycle.force
@@ -321,7 +327,8 @@ class BoundsWork(OneBalance, AtLevels, Sampled, MeasuredOutput, Execution):
     def gathered(self, results: Sequence[Arrays]) -> xr.Dataset:
         """All cases as one labelled dataset."""
         data, measured = {}, {"units": self.measured.reported_units(levels_are_newtons(self.problem))}
-        for name, (dims, units, words) in VARIABLES.items():
+        for name in (each for each in VARIABLES if each in results[0]):
+            dims, units, words = VARIABLES[name]
             axis = dims.index("frequency")
             places = np.concatenate([result[name] for result in results], axis=axis)
             data[name] = named(("case", *dims), np.stack(np.split(places, len(self.levels), axis)), words, units)

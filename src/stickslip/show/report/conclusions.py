@@ -10,12 +10,13 @@ import numpy as np
 
 from stickslip.analyses.isolated import IN_THIS_BAND
 from stickslip.analyses.reached import Reached
+from stickslip.analyses.truncation import OWN_FORCES
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import view
 from stickslip.results.quantities import is_unstable, peak_is_unstable, peak_verdict
 from stickslip.results.schema import CurveKind, kinds_in, shown_sentence
 from stickslip.show.report.markup import hertz, number, percent
-from stickslip.support.checks import counted
+from stickslip.support.checks import counted, in_percent
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 
@@ -179,6 +180,11 @@ def bounds_warnings(bounds: xr.Dataset) -> list[str]:
         at = np.flatnonzero(bounded & (bounds["unsolved_share"].values[case] > 0.0))
         if at.size:
             sentences.append(f"{view.force_text(bounds, case)}: {_unsolved(bounds, case, at)}. Bounds are over the others.")
+        errors = np.abs(bounds["modal_error"].values[case]) if "modal_error" in bounds else np.zeros(1)
+        largest = float(np.nanmax(errors, initial=0.0))
+        if largest > OWN_FORCES.allowed:
+            change = in_percent(largest)
+            sentences.append(f"{view.force_text(bounds, case)}: bounds change by up to {change} when solved {OWN_FORCES.words}.")
     return sentences
 
 

@@ -121,6 +121,8 @@ def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
         size = f"{bound} {view.measure_in(bounds).kind} [{bounds['amplitude'].attrs['units']}]"
         columns[size] = bounds["amplitude"].values[case, k, at]
         columns[f"{bound} loss_factor"] = bounds["loss_factor"].values[case, k, at]
+        if "modal_error" in bounds:
+            columns[f"{bound} error by the mesh"] = bounds["modal_error"].values[case, k, at]
     columns["start states without solution"] = bounds["unsolved_share"].values[case, at]
     return pd.DataFrame(columns)
 
