@@ -26,6 +26,12 @@ def from_mesh(monkeypatch):
     monkeypatch.setattr(structure, "MANY_KEPT", 20)
 
 
+def with_offsets(problem, values):
+    """The problem with the sliders of all friction elements at given offsets, m."""
+    offsets = iter(values.tolist())
+    return problem.with_contacts(lambda each: each.with_start(tuple(SliderOffset(np.array([next(offsets)])) for _ in each.starts)))
+
+
 def run(folder, name, text, *more):  # noqa: F811
     (folder / f"{name}.toml").write_text(text)
     return CliRunner().invoke(app, ["run", str(folder / f"{name}.toml"), "--out", str(folder / name), *more])
@@ -163,26 +169,28 @@ def test_start_states_from_the_mesh(folder, from_mesh, monkeypatch):  # noqa: F8
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("objective", ["amplitude", "peak"])
-def test_bounds_from_the_mesh(folder, from_mesh, monkeypatch, objective):  # noqa: F811
-    """The start state of each bound gives with kept rows and ten times the modes what is said of it, to the error that is said."""
+@pytest.mark.parametrize(
+    ("objective", "where", "within"), [("amplitude", "at = [540.0]", 1e-4), ("peak", "frequency = [480.0, 560.0]", 1e-3)]
+)
+def test_bounds_from_the_mesh(folder, from_mesh, monkeypatch, objective, where, within):  # noqa: F811
+    """The start state of each bound gives with kept rows and ten times the modes what is said of it; with a finer goal the search
+    goes on with the shapes of the contact forces at the bounds, whose error was 3.5e-4 at 540 Hz."""
+    monkeypatch.setattr("stickslip.analyses.variability.bounds.SETTLED", within)
     text = SWEEP.replace('analysis = "forced_response"', 'analysis = "response_bounds"').replace("[0.3, 1.0]", "[1.0]")
-    text += f'[response_bounds]\nobjective = "{objective}"\ncloud = 4\nstarts = 1\nshare = "all"\n'
-    where = "at = [540.0]" if objective == "amplitude" else "frequency = [530.0, 560.0]"
+    text += f'[response_bounds]\nobjective = "{objective}"\ncloud = 4\nstarts = 1\n'
     text = text.replace("frequency = [480.0, 620.0]", where)
     result = run(folder, objective, text, "--workers", "1")
     assert result.exit_code == 0, result.output
     data = open_results(folder / objective / "results.nc")
-    low, high = data.bounds_amplitude.values[0, :, 0]
-    assert low < (1.0 - 1e-3) * high
-    errors = np.abs(data.bounds_modal_error.values[0, :, 0])
-    assert errors.max() < 1e-3
+    bounds, errors = data.bounds_amplitude.values[0, :, 0], np.abs(data.bounds_modal_error.values[0, :, 0])
+    assert errors.max() < within
+    assert (bounds[0] < 0.5 * bounds[1]) == (objective == "amplitude")
     monkeypatch.undo()
     (folder / "rows.toml").write_text(text.replace("modes = 6", "modes = 60"))
     rows = ss.read_problem(folder / "rows.toml")
     assert rows.mesh is None
-    for bound in range(2):
-        value, element = data.bounds_start_value.values[0, bound, 0], iter(range(10**9))
-        started = rows.with_contacts(lambda each: each.with_start(tuple(SliderOffset(value[[next(element)]]) for _ in each.starts)))
-        found = ss.forced_response(started, [data.bounds_resonance.values[0, bound, 0]], 1.0, harmonics=3, samples=256)
-        assert found.dataset.amplitude.values.ravel()[0] == pytest.approx((low, high)[bound], rel=2e-3)
+    for bound, values, frequency in zip(
+        bounds, data.bounds_start_value.values[0, :, 0], data.bounds_resonance.values[0, :, 0], strict=True
+    ):
+        found = ss.forced_response(with_offsets(rows, values), [frequency], 1.0, harmonics=3, samples=256)
+        assert found.dataset.amplitude.values.ravel()[0] == pytest.approx(bound, rel=within + 5e-4)

@@ -212,7 +212,7 @@ def searched_peak(problem: Problem, level: float, conditions: Conditions) -> flo
         measure=conditions.measure.kind,
     )
     try:
-        search = work.search(0)
+        search = work.search(0, work.balance)
         search.run(lambda fraction: None, [UPPER])
     except UnsolvedError:
         return np.nan

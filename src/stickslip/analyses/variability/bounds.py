@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.forced_response import compile_forced_response
-from stickslip.analyses.peak_shapes import own_shapes_change
+from stickslip.analyses.peak_shapes import SETTLED, own_shapes_change, scaled
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     AtLevels,
@@ -45,6 +45,8 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.model.problem import Problem
+from stickslip.model.problem.meshed import with_forces
+from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.schema import ATTRIBUTE, Result, named, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
@@ -54,7 +56,7 @@ from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.peaks.search import SAME_PEAK
 from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Effort, Extreme, Place, extreme, leapt, loss_factor, size_of
-from stickslip.solve.starts.states import StartSpace, UnsolvedError, explored_space, refuse_forgetful, rule_words
+from stickslip.solve.starts.states import UnsolvedError, explored_space, refuse_forgetful, rule_words
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
@@ -294,35 +296,40 @@ class BoundsWork(OneBalance, AtLevels, Sampled, MeasuredOutput, Execution):
     prepare = staticmethod(compile_forced_response)
 
     def solve(self, case: int, report: Report) -> Arrays:
-        """The bounds of one case."""
-        started = time.process_time()
-        search = self.search(case)
-        search.run(report)
-        arrays = found_arrays(search, self.balance, self.output, self.measured)
-        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+        """The bounds of one case; on a mesh searched again with the shapes of the contact forces at the bounds, until these
+        change by at most `SETTLED`, or more shapes do not halve their error."""
+        started, balance, before = time.process_time(), self.balance, np.inf
+        while True:
+            search = self.search(case, balance)
+            search.run(report)
+            arrays = found_arrays(search, balance, self.output, self.measured)
+            error = np.nanmax(np.abs(arrays.get("modal_error", np.zeros(1))), initial=0.0)
+            if error <= SETTLED or error > 0.5 * before:
+                return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+            before, found = error, [each for bound in search.best for each in bound if each is not None]
+            problem = with_forces(
+                balance.problem, np.hstack([scaled(each.evaluation.point.forces) for each in found]), NEGLIGIBLE
+            )
+            balance = HarmonicBalance(problem, self.harmonics, self.samples)
 
-    def search(self, case: int) -> BoundsSearch:
-        """The search of one case, before it runs."""
+    def search(self, case: int, balance: HarmonicBalance) -> BoundsSearch:
+        """The search of one case with a balance, before it runs."""
         levels, frequencies = self.cases[case]
+        low, high = frequencies[0], frequencies[-1]
+        three = [2.0 * np.pi * f for f in sorted({low, 0.5 * (low + high), high})]
+        explored = partial(explored_space, balance, three, rule=self.rule, share=self.share)
         places: Sequence[Place]
         if self.objective == "peak":
             ends = (2.0 * np.pi * frequencies[0], 2.0 * np.pi * frequencies[1])
-            places = [
-                AtPeak(self.balance, self._space(level, frequencies), self.output, self.measured, ends, level) for level in levels
-            ]
+            places = [AtPeak(balance, explored(level=level), self.output, self.measured, ends, level) for level in levels]
         else:
             loss = self.objective == "loss_factor"
-            target = loss_factor(EnergyBalance(self.balance)) if loss else size_of(self.output, self.measured)
-            space, level = self._space(levels[0], frequencies), levels[0]
-            places = [AtFrequency(self.balance, space, target, 2.0 * np.pi * f, level) for f in frequencies]
+            target = loss_factor(EnergyBalance(balance)) if loss else size_of(self.output, self.measured)
+            space, level = explored(level=levels[0]), levels[0]
+            places = [AtFrequency(balance, space, target, 2.0 * np.pi * f, level) for f in frequencies]
         cloud = search_cloud(places[0].space.size, self.cloud, self.seed)
         effort = PEAK_EFFORT if self.objective == "peak" else None
         return BoundsSearch(places, cloud, self.starts, effort, self.seed, falling=self.objective == "loss_factor")
-
-    def _space(self, level: float, frequencies: tuple[float, ...]) -> StartSpace:
-        low, high = frequencies[0], frequencies[-1]
-        ends = [2.0 * np.pi * f for f in sorted({low, 0.5 * (low + high), high})]
-        return explored_space(self.balance, ends, level, self.rule, self.share)
 
     def gathered(self, results: Sequence[Arrays]) -> xr.Dataset:
         """All cases as one labelled dataset."""

@@ -185,6 +185,8 @@ def bounds_warnings(bounds: xr.Dataset) -> list[str]:
         if largest > OWN_FORCES.allowed:
             change = in_percent(largest)
             sentences.append(f"{view.force_text(bounds, case)}: bounds change by up to {change} when solved {OWN_FORCES.words}.")
+        if np.any(np.isnan(errors) & np.isfinite(bounds["amplitude"].values[case])):
+            sentences.append(f"{view.force_text(bounds, case)}: bounds could not all be solved {OWN_FORCES.words}.")
     return sentences
 
 
