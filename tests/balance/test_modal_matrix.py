@@ -19,6 +19,7 @@ from stickslip.solve.continuation.branch_points import _spectrum
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import relative_metric
 from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.solve.continuation.sensitivity import respond, solved_factors, weights_of_contact_forces
 
 TIGHT = 1e-10
 
@@ -94,6 +95,26 @@ def test_steps_directions_and_determinants_are_the_same(name, held):
             assert_close(states.solve_transposed(right), forces.solve_transposed(right))
         point = correct(pair[0], point, fixed("omega", omega), iterations=1, halvings=8).evaluation.point
     assert np.any(evaluation.unknown != HELD)
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("name", CASES)
+def test_weights_of_contact_forces_are_the_transpose_of_responses(name, held):
+    """Weighted sums of the changes of λ and w by any changes of λ̂, with either matrix and without symmetry."""
+    problem, omega, level = CASES[name]
+    balance = HarmonicBalance(problem, 3, 48)
+    if held:
+        balance = balance.holding(Control(balance.rows, 0, 1.1))
+    evaluation = correct(balance, balance.stuck_point(omega, level), fixed("omega", omega), iterations=3).evaluation
+    rng = np.random.default_rng(5)
+    forces, motion = rng.standard_normal(evaluation.residual.shape), rng.standard_normal(evaluation.w.shape)
+    changes = rng.standard_normal((3, *evaluation.residual.shape))
+    for one in both(balance):
+        factors = solved_factors(one, evaluation)
+        change = respond(one, evaluation, factors, changes)
+        expected = np.einsum("kij,ij->k", change.forces, forces) + np.einsum("kij,ij->k", change.motion, motion)
+        weights = weights_of_contact_forces(one, evaluation, factors, forces, motion)
+        assert_close(np.einsum("kij,ij->k", changes, weights), expected)
 
 
 def test_a_transposed_solution_solves_the_transposed_system():

@@ -29,7 +29,9 @@ def from_mesh(monkeypatch):
 def with_offsets(problem, values):
     """The problem with the sliders of all friction elements at given offsets, m."""
     offsets = iter(values.tolist())
-    return problem.with_contacts(lambda each: each.with_start(tuple(SliderOffset(np.array([next(offsets)])) for _ in each.starts)))
+    return problem.with_contacts(
+        lambda each: each.with_start(tuple(SliderOffset(np.array([next(offsets)])) for _ in each.starts))
+    )
 
 
 def run(folder, name, text, *more):  # noqa: F811
