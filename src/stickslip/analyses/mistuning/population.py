@@ -197,6 +197,20 @@ def smallest_blade_margin(dataset: xr.Dataset) -> BladeMargin | None:
     return BladeMargin(*where, alternating, mean, allowed, float(blade_margins(dataset, TUNED).min()))
 
 
+def quantile_interval(values: Array, share: float, confidence: float = 0.95) -> tuple[float, float]:
+    """The confidence interval of a quantile from independent samples, whatever their distribution; ∓inf where they are too few.
+
+    How many of n samples lie below the quantile of share p is binomial, B(n, p): of the sorted ones the l-th and the u-th enclose
+    it with the probability that l ≤ B < u (W. J. Conover, Practical Nonparametric Statistics, 3rd ed. 1999, section 3.2).
+    """
+    from scipy.stats import binom
+
+    ends = [-np.inf, *np.sort(values).tolist(), np.inf]
+    rest = 0.5 * (1.0 - confidence)
+    lower, upper = (int(binom.ppf(each, values.size, share)) for each in (rest, 1.0 - rest))
+    return ends[lower], ends[upper + 1]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class MistunedPopulation(Result):
     """One mistuned disk or many: `dataset` has an axis `sample`, and for each of them the amplitudes of all blades over the

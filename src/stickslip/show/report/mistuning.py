@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip.analyses.mistuning.population import blade_margins, smallest_blade_margin
+from stickslip.analyses.mistuning.population import blade_margins, quantile_interval, smallest_blade_margin
 from stickslip.analyses.stress import has_fatigue
 from stickslip.results.schema import in_system, system_of
 from stickslip.results.view import energy_text, size_text
@@ -45,14 +45,21 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         lines.append(_stress(solved))
     lines += _fatigue(dataset)
     if ratio.size > 1:
-        middle, high = np.percentile(ratio, [50, 95])
-        lines.append(f"{ratio.size} samples: median {middle:.4g}, 95 % stay below {high:.4g}, mean {ratio.mean():.4g}")
+        middle, high = (_with_interval(ratio, share) for share in (0.5, 0.95))
+        lines.append(f"{ratio.size} samples: median {middle}, 95 % stay below {high}, mean {ratio.mean():.4g}")
         often, times = Counter(solved["worst_blade"].values.tolist()).most_common(1)[0]
         lines.append(f"most often worst: blade {often}, in {counted(times, 'sample')}")
         often, times = Counter(solved["busiest_damper"].values.tolist()).most_common(1)[0]
         if often:
             lines.append(f"most often busiest: the damper after blade {often}, in {counted(times, 'sample')}")
     return lines
+
+
+def _with_interval(values: Array, share: float) -> str:
+    """A quantile with its 95 % confidence interval: "1.31 (1.28 to 1.4)", or "1.31 (from 1.28)" where samples are too few."""
+    low, high = (f"{end:.4g}" if np.isfinite(end) else "" for end in quantile_interval(values, share))
+    ends = f"{low} to {high}" if low and high else f"from {low}" if low else f"to {high}" if high else ""
+    return f"{np.quantile(values, share):.4g}" + (f" ({ends})" if ends else "")
 
 
 def _edge(frequencies: Array, place: float) -> str:
@@ -89,8 +96,8 @@ def _fatigue(dataset: xr.Dataset) -> list[str]:
     ]
     smallest = blade_margins(dataset).min(["blade", "place"]).dropna("sample").values
     if several and np.isfinite(smallest).all():
-        low, middle = np.percentile(smallest, [5, 50])
-        lines.append(f"smallest fatigue margins of the samples: median {middle:.4g}, 5 % stay below {low:.4g}")
+        low, middle = (_with_interval(smallest, share) for share in (0.05, 0.5))
+        lines.append(f"smallest fatigue margins of the samples: median {middle}, 5 % stay below {low}")
     return lines
 
 
