@@ -357,7 +357,11 @@ def predict(
     identification: Annotated[Path, Argument(help="results.nc written by identify-response, or its folder.")],
     force: Annotated[Texts, Option(metavar="F", help="Force levels in N: --force 1 --force 5, or --force 1,5.")] = None,
     amplitude: Annotated[
-        Texts, Option(metavar="A", help="Held amplitudes of the measured quantity in place of force levels, in m/s², m/s or m.")
+        Texts,
+        Option(
+            metavar="A",
+            help="Held amplitudes of the measured quantity in place of force levels, in m/s², m/s or m: their phase resonances.",
+        ),
     ] = None,
     decay: Annotated[
         Texts,
