@@ -158,7 +158,7 @@ from .support.outcome import Outcome as Outcome
 from .results.files import open_results as open_results
 from .results.files import save_mat as save_mat
 from .results.quantities import as_quantity as as_quantity, peak_table as peak_table, quantity_table as quantity_table
-from .runs.work import CheckpointFolder as CheckpointFolder
+from .runs.cases import CheckpointFolder as CheckpointFolder
 from .runs.dask_cluster import DaskCluster as DaskCluster
 from .study.reading import read_problem as read_problem
 

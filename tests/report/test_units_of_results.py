@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import stickslip as ss
 from stickslip.cli import app
 from stickslip.results.schema import attributes_of, in_system, shown_dataset, shown_sentence, shown_table, system_of
-from stickslip.runs.work import CheckpointFolder
+from stickslip.runs.cases import CheckpointFolder
 from stickslip.show.plots.chart import Axis, Bars, Chart, Line, Panel, Rule, shown_chart
 from stickslip.show.plots.look import Style
 from stickslip.show.report.conclusions import failures_of, warnings_of

@@ -32,8 +32,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import SCHEMA, Result, described, named, stacked
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.fourier import attribute, checked_harmonics, highest

@@ -71,8 +71,7 @@ from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
 from stickslip.results.schema import CurveKind, Result, described, kinds_in, with_kinds
 from stickslip.results.view import measure_in, nearest_point, periods_of, sizes
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, CaseStopped, Checkpoint, Progress, Report, Workers
+from stickslip.runs.cases import Arrays, CaseStopped, Checkpoint, Progress, Report, Workers, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import Harmonics, attribute, fourier, harmonics_for, highest, in_fractions, of_attribute

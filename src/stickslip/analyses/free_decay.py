@@ -18,8 +18,7 @@ from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import named, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import quantity_named
 from stickslip.solve.continuation.continuation import first_point

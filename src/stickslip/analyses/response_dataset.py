@@ -22,7 +22,7 @@ from stickslip.model.loads import BaseMotion, excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.results.schema import SCHEMA, Variable, labelled, named, stacked
 from stickslip.results.view import periods_of
-from stickslip.runs.work import Arrays
+from stickslip.runs.cases import Arrays
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, EnergyBalance, contact_cycle
 from stickslip.solve.balance.fourier import complex_harmonics, largest_absolute

@@ -18,8 +18,7 @@ from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.problem import Problem
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import described, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, checked_start, from_rest, march
 from stickslip.solve.time.period import DEFAULT_METHOD, Method, refuse_waves
 from stickslip.support.checks import InputError, fault, of_kind, positive

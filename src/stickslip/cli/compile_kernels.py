@@ -18,7 +18,7 @@ from stickslip.support.console import progress_bar, progress_is_seen, say
 if TYPE_CHECKING:
     from stickslip.model.contact.law import Law
     from stickslip.model.problem import Problem
-    from stickslip.runs.work import Arrays, Report
+    from stickslip.runs.cases import Arrays, Report
 
 
 @guarded

@@ -23,7 +23,7 @@ from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem.meshed import promised
 from stickslip.model.structure.cyclic import CyclicStructure
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.solve.balance.fourier import checked_harmonics, in_words
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.study import analyses

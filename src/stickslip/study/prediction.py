@@ -17,8 +17,7 @@ from stickslip.laboratory.identification.response.prediction import FEWEST_DRAWS
 from stickslip.laboratory.identification.response.result import ResponseIdentification
 from stickslip.results.files import open_results
 from stickslip.results.schema import analysis_of, stamped
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Work, Workers, all_cases
 from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
 from stickslip.study.analyses.response_identification import (
     ResponseIdentificationPlan,

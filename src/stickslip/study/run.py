@@ -14,8 +14,18 @@ from typing import Any
 import stickslip
 from stickslip.results.files import open_results, save, stamped
 from stickslip.results.schema import attributes_of
-from stickslip.runs.cases import Together, all_cases
-from stickslip.runs.work import Arrays, CheckpointFolder, Progress, StoppableWork, Stopped, Work, Workers, changed_line
+from stickslip.runs.cases import (
+    Arrays,
+    CheckpointFolder,
+    Progress,
+    StoppableWork,
+    Stopped,
+    Together,
+    Work,
+    Workers,
+    all_cases,
+    changed_line,
+)
 from stickslip.study.faults import WARNING
 from stickslip.study.reading import Job
 from stickslip.support.checks import InputError

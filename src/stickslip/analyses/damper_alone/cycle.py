@@ -32,8 +32,7 @@ from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.contact.protocol import OPEN, SLIP_DOWN, SLIP_UP, STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion, jamming
 from stickslip.results.schema import Result, named, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Progress, Report, silent
+from stickslip.runs.cases import Arrays, Progress, Report, all_cases, silent
 from stickslip.solve.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
 from stickslip.solve.platforms.march import PlatformState, Record
 from stickslip.solve.time.period import Method

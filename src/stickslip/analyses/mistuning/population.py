@@ -21,8 +21,7 @@ from stickslip.analyses.stress import SIZES, Equivalent, has_fatigue, with_fatig
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.structure.stress import COMPONENTS, FatigueLimit
 from stickslip.results.schema import Result, named, stacked
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays
+from stickslip.runs.cases import Arrays, all_cases
 from stickslip.solve.balance.fourier import attribute
 from stickslip.support.checks import Array, InputError
 from stickslip.support.late import xr

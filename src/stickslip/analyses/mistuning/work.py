@@ -29,7 +29,7 @@ from stickslip.model.disks.tuned import LARGE, REACH, FullDisk, TunedDisk, few_w
 from stickslip.model.problem import Problem
 from stickslip.model.structure.matrices import ModalDamping
 from stickslip.model.structure.stress import COMPONENTS
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle, cycle_work
 from stickslip.solve.balance.fourier import Harmonics, checked_harmonics, orders

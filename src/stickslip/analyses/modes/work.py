@@ -30,7 +30,7 @@ from stickslip.model.rigs import single_mass
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.schema import named, stacked, variables_in
 from stickslip.results.view import spread
-from stickslip.runs.work import Arrays, Progress, Report
+from stickslip.runs.cases import Arrays, Progress, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import (

@@ -51,8 +51,7 @@ from stickslip.analyses.settings import (
 from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result, named, stacked, tabulated, variables_in
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Progress
+from stickslip.runs.cases import Arrays, Progress, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.balance.measure import Measure, measure_of

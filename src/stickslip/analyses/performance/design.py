@@ -42,8 +42,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result, stacked, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Work, Workers, silent
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Report, Work, Workers, all_cases, silent
 from stickslip.solve.balance.fourier import MOST_SAMPLES, attribute
 from stickslip.support.checks import Array, InputError, fault, of_kind, positive, vector
 from stickslip.support.late import xr

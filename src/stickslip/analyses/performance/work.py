@@ -43,7 +43,7 @@ from stickslip.model.contact.protocol import OPEN, STICK, friction_period
 from stickslip.model.loads import BaseMotion
 from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import CentrifugalLoad
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, EnergyBalance, contact_cycle, friction_limits
 from stickslip.solve.balance.linear_response import linear_peak

@@ -23,8 +23,7 @@ from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.modes import gyroscopic_modes, natural_modes
 from stickslip.results.schema import Result, described, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.support.checks import MOST, Array, Index, InputError, between, fault, of_kind, positive, several, unique, vector
 from stickslip.support.late import pd, xr
 

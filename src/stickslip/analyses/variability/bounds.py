@@ -45,8 +45,7 @@ from stickslip.analyses.settings import (
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.model.problem import Problem
 from stickslip.results.schema import ATTRIBUTE, Result, named, variables_in
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance, contact_cycle
 from stickslip.solve.balance.fourier import attribute

@@ -41,8 +41,7 @@ from stickslip.analyses.truncation import OWN_FORCES
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result, tabulated
 from stickslip.results.view import measure_in, sizes
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Progress, Report, checked_progress
+from stickslip.runs.cases import Arrays, Progress, Report, all_cases, checked_progress
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import attribute, complex_harmonics

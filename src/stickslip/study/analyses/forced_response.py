@@ -9,7 +9,7 @@ from functools import cached_property
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.structure.stress import StressRecovery
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers, silent
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Workers, silent
 from stickslip.solve.time.period import refuse_waves
 from stickslip.study import further_curves
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of

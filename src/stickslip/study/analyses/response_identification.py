@@ -22,7 +22,7 @@ from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.laboratory.measurement.response_table import read_measured_response, read_measured_responses
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind, Plan, content_of
 from stickslip.study.contacts import RuleOrRules

@@ -22,7 +22,7 @@ from stickslip.laboratory.identification.least_squares import CLOSE
 from stickslip.laboratory.measurement.contact_cycles import ContactCycles, contact_cycles, smoothed_motion
 from stickslip.laboratory.measurement.contact_record import ContactRecord, read_contact_records
 from stickslip.laboratory.measurement.cycles import synthesis
-from stickslip.runs.work import Arrays
+from stickslip.runs.cases import Arrays
 from stickslip.support.checks import Array, Index, InputError, counted, fault, finite, nearest, positive, vector
 
 EXACT = 3e-3

@@ -39,7 +39,7 @@ from stickslip.laboratory.measurement.reconstruction import RigErrors, reconstru
 from stickslip.laboratory.measurement.records import Record
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.results.schema import Result, described, named, tabulated
-from stickslip.runs.work import Arrays
+from stickslip.runs.cases import Arrays
 from stickslip.solve.platforms.cycle import CycleModel, steady_cycle
 from stickslip.support.checks import Array, InputError, between, fault, nearest
 from stickslip.support.late import xr

@@ -39,8 +39,7 @@ from stickslip.laboratory.measurement.decay import MeasuredDecay
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import Row, named, stacked
 from stickslip.results.view import length_text
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import highest, of_attribute
 from stickslip.solve.curves.mode_curve import solve_mode

@@ -27,8 +27,7 @@ from stickslip.laboratory.identification.response.prediction_result import FINER
 from stickslip.laboratory.measurement.measured_response import at_frequencies, curve_peak
 from stickslip.model.problem import Problem
 from stickslip.results.schema import named, stacked
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import highest, of_attribute
 from stickslip.solve.balance.measure import Measure, measure_of, quantity_named

@@ -20,8 +20,7 @@ from stickslip.laboratory.identification.response.result import ResponseIdentifi
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, by_joint
 from stickslip.model.problem import Problem
 from stickslip.results.schema import stacked
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Report, Workers, all_cases, silent
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.continuation.continuation import first_point
