@@ -12,10 +12,9 @@ import numpy as np
 
 from stickslip.analyses.settings import OneOf, Rule, Sampled, Seed, Setting, Share, Whole, fineness_of, made, maker, takes
 from stickslip.laboratory.identification.least_squares import FreeParameter
-from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
+from stickslip.laboratory.identification.response.fit import GAIN, PHASE, FittedTest, ResponseFit
 from stickslip.laboratory.identification.response.intervals import friction_bounds, statistics
 from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone, fitted_without
-from stickslip.laboratory.identification.response.model import FittedTest
 from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit, notes
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, by_joint
 from stickslip.model.problem import Problem
