@@ -25,7 +25,7 @@ from stickslip.results.view import converged_points, higher_end, highest_maximum
 from stickslip.show.explorer.figures import curve_figure
 from stickslip.show.explorer.solving import Answer
 from stickslip.show.plots.response_curves import response_curves
-from stickslip.show.report.conclusions import OUTSIDE
+from stickslip.show.report.answer import OUTSIDE
 from stickslip.show.report.markup import Charts
 from stickslip.show.report.sections import peaks
 from stickslip.show.report.stress import largest_stresses

@@ -22,7 +22,7 @@ from stickslip.results.schema import attributes_of, in_system, shown_dataset, sh
 from stickslip.runs.cases import CheckpointFolder
 from stickslip.show.plots.chart import Axis, Bars, Chart, Line, Panel, Rule, shown_chart
 from stickslip.show.plots.look import Style
-from stickslip.show.report.conclusions import failures_of, warnings_of
+from stickslip.show.report.answer import failures_of, warnings_of
 from stickslip.show.report.markup import presentation_of
 from stickslip.show.report.page import page
 from stickslip.study.reading import job

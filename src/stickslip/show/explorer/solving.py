@@ -26,7 +26,7 @@ from stickslip.model import rigs
 from stickslip.model.problem import Problem
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.results.schema import attributes_of, in_system
-from stickslip.show.report.conclusions import failures_of, warnings_of
+from stickslip.show.report.answer import failures_of, warnings_of
 from stickslip.solve.balance.fourier import in_words
 from stickslip.study.analyses.performance_curve import PerformanceTable
 from stickslip.study.analysis import COMMON_KEYS

@@ -37,8 +37,7 @@ from stickslip.show.plots.response_curves import (
 )
 from stickslip.show.plots.time_response import bound_cycles, contact_forces, force_ratios, loops
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
-from stickslip.show.report.answer import error_words
-from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence, reached_sentences
+from stickslip.show.report.answer import bounds_failures, bounds_warnings, error_words, further_curves_sentence, reached_sentences
 from stickslip.show.report.markup import Charts, framed, hertz, number, presents, section
 from stickslip.show.report.stress import (
     fatigue_sentences,

@@ -18,13 +18,17 @@ from stickslip.results.view import spread
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, loops_at, loops_of, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
-from stickslip.show.report import conclusions
 from stickslip.show.report.answer import (
+    OUTSIDE,
+    bounds_headline,
     comparison,
     engine_order,
+    failures_of,
+    further_curves_sentence,
     highest_peaks,
     least_certain_first,
     peaks_at_a_glance,
+    reached_sentences,
     warnings_at_a_glance,
 )
 from stickslip.show.report.markup import Charts, Choice, Opening, cell, framed, hertz, number, section, table, text
@@ -63,9 +67,9 @@ def overview(datasets: Datasets, charts: Charts) -> str:
     for label, dataset in datasets.items():
         answers = [
             fatigue_headline(dataset),
-            conclusions.bounds_headline(detached(dataset)) if has_bounds(dataset) else "",
-            conclusions.further_curves_sentence(dataset),
-            " ".join(conclusions.reached_sentences(dataset)),
+            bounds_headline(detached(dataset)) if has_bounds(dataset) else "",
+            further_curves_sentence(dataset),
+            " ".join(reached_sentences(dataset)),
         ]
         begin = f"{label}: " if compared else ""
         own = "".join(f'<p class="headline">{text(begin + answer)}</p>' for answer in answers if answer)
@@ -170,7 +174,7 @@ def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets)
     said = largest.capitalize() if measure.kind == "max_abs" else first
     note = f'<p class="note">{said} {_loss_factor(datasets)}</p>'
     beyond = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit, _outside)]
-    outside = table(f"outside{place}", conclusions.OUTSIDE, heads, beyond, stacked=True) if beyond else ""
+    outside = table(f"outside{place}", OUTSIDE, heads, beyond, stacked=True) if beyond else ""
     answer = table(f"peaks{place}", caption, heads, rows, stacked=True)
     return answer + note + outside + _largest(measure, place, datasets, every)
 
@@ -272,7 +276,7 @@ def failures(datasets: Datasets, charts: Charts) -> str:
     for label, dataset in datasets.items():
         count = sum(view.points(dataset, case).size for case in range(dataset.sizes["case"]))
         head = f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
-        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in conclusions.failures_of(dataset))
+        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in failures_of(dataset))
         fine = f"<p>Every point converged: {counted(count, 'point')} on {counted(dataset.sizes['case'], 'curve')}.</p>"
         parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine))
     return section("failures", "What failed, and why", *parts)
