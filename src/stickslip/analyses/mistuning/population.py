@@ -13,35 +13,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.analyses.mistuning.disk import Mistuning, Scatter
+from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import takes
 from stickslip.analyses.stress import SIZES, Equivalent, has_fatigue, with_fatigue
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.structure.stress import COMPONENTS, FatigueLimit
-from stickslip.results.schema import Result, named, stacked
+from stickslip.results.schema import Result, stacked, tabulated
 from stickslip.runs.cases import Arrays, all_cases
 from stickslip.solve.balance.fourier import attribute
-from stickslip.support.checks import Array, InputError
+from stickslip.support.checks import InputError
 from stickslip.support.late import xr
-from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
 
-WORDS = {
-    "blade": "blade frequency",
-    "kt": "tangential stiffness",
-    "kn": "normal stiffness",
-    "mu": "friction coefficient",
-    "pull": "pull on the damper",
-}
-
-STRESSES = {
-    "stress_von_mises": "largest von Mises stress over the period, with the mean",
-    "stress_alternating": "the same without the mean",
-    "stress_principal": "amplitude of the largest principal stress",
-    "stress_principal_mean": "mean stress along its axis",
-}
 NO_WORK = 1e-18
 """J per period: a damper that sticks works less than this, by rounding."""
 
@@ -49,88 +34,67 @@ NO_WORK = 1e-18
 def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Dataset:
     """Axes sample, point (padded with NaN), blade (from 1); the tuned disk beside them."""
     tuned, samples = results[0], results[1:]
-    units = work.sweep.measure.reported_units(levels_are_newtons(work.disk))
-    words = work.sweep.measure.words
-    data = _samples(samples, units, words) | _tuned(tuned, units) | _amplification(samples, tuned) | _deviations(work)
-    N = work.disk.sectors
-    coords: dict[str, Any] = {"blade": named("blade", np.arange(1, N + 1), "blade, or sector, from 1")}
+    N, measure = work.disk.sectors, work.sweep.measure
+    coords: dict[str, Any] = {"blade": np.arange(1, N + 1)}
+    data = _samples(samples) | _tuned(tuned) | _amplification(samples, tuned) | _deviations(work)
     if work.places:
         data |= _stresses(samples, tuned)
-        coords["place"] = named("place", list(work.places), "place of stress of a sector")
-        coords["component"] = named("component", list(COMPONENTS), "component of stress in the axes of the sector")
+        coords |= {"place": list(work.places), "component": list(COMPONENTS)}
     attrs: dict[str, Any] = {"title": work.disk.heading, "study": "", "analysis": "mistuned_population"}
     attrs |= {"sectors": N, "engine_order": work.disk.engine_order, "seed": work.seed, "force_level": work.sweep.levels[0]}
     attrs |= {"harmonics": attribute(work.sweep.harmonics), "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
-    attrs |= work.sweep.measure.attributes
+    attrs |= measure.attributes
     attrs["cpu_seconds"] = sum(float(arrays["cpu_seconds"]) for arrays in results)
-    return xr.Dataset(data, coords, attrs)
+    found = tabulated("mistuned_population", data, coords, attrs, measure.reported_units(levels_are_newtons(work.disk)))
+    found["amplitude"].attrs["long_name"] = f"{measure.words} of each blade"
+    return found
 
 
-def _samples(samples: Sequence[Arrays], units: str, words: str) -> dict[str, Any]:
+def _samples(samples: Sequence[Arrays]) -> dict[str, Any]:
     """Curves, maxima and outcomes."""
     frequency, amplitude = (stacked([arrays[name] for arrays in samples]) for name in ("frequency", "amplitude"))
-    curve, each = ("sample", "point"), ("sample", "blade")
     peak, place, work = (np.array([arrays[name] for arrays in samples]) for name in ("peak", "peak_frequency", "damper_work"))
     busiest = np.where(np.nan_to_num(work).max(axis=1) > NO_WORK, np.nan_to_num(work).argmax(axis=1) + 1, 0)
-    outcome = np.array([int(arrays["outcome"]) for arrays in samples], dtype=np.int8)
     return {
-        "frequency": named(curve, frequency, "excitation frequency", "Hz"),
-        "amplitude": named((*curve, "blade"), amplitude, f"{words} of each blade", units),
-        "envelope": named(curve, amplitude.max(axis=2), "largest amplitude of all blades", units),
-        "blade_peak": named(each, peak, "largest amplitude of each blade over the band", units),
-        "blade_peak_frequency": named(each, place, "frequency of the largest amplitude of each blade", "Hz"),
-        "damper_work": named(each, work, "friction work per period of the damper after each blade, at the highest peak", "J"),
-        "busiest_damper": named("sample", busiest, "blade before the damper with the most friction work; 0 where none slips"),
-        "sample_outcome": named("sample", outcome, f"{int(Outcome.CONVERGED)} where the sample was solved"),
-        "sample_message": named("sample", [str(a["message"]) for a in samples], "outcome of the sample"),
-        "cpu_time": named("sample", [float(a["cpu_seconds"]) for a in samples], "processor time of the sample", "s"),
+        "frequency": frequency,
+        "amplitude": amplitude,
+        "envelope": amplitude.max(axis=2),
+        "blade_peak": peak,
+        "blade_peak_frequency": place,
+        "damper_work": work,
+        "busiest_damper": busiest,
+        "sample_outcome": np.array([int(arrays["outcome"]) for arrays in samples], dtype=np.int8),
+        "sample_message": [str(arrays["message"]) for arrays in samples],
+        "cpu_time": [float(arrays["cpu_seconds"]) for arrays in samples],
     }
 
 
 def _stresses(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
     """Of each blade at its largest amplitude, and of the tuned disk."""
-    found = np.array([arrays["stress"] for arrays in samples])
     data: dict[str, Any] = {}
-    for prefix, dims, values, where in (
-        ("", ("sample", "blade", "place"), found, "of each blade at its largest amplitude"),
-        ("tuned_", ("place",), tuned["stress"][0], "of the tuned disk at its largest amplitude"),
-    ):
-        for k, name in enumerate(SIZES):
-            data[prefix + name] = named(dims, values[..., k], f"{STRESSES[name]}, {where}", "Pa")
-        data[f"{prefix}stress_mean"] = named((*dims, "component"), values[..., len(SIZES) :], f"mean stress, {where}", "Pa")
+    for prefix, values in (("", np.array([arrays["stress"] for arrays in samples])), (TUNED, tuned["stress"][0])):
+        data |= {prefix + name: values[..., k] for k, name in enumerate(SIZES)}
+        data[f"{prefix}stress_mean"] = values[..., len(SIZES) :]
     return data
 
 
-def _tuned(tuned: Arrays, units: str) -> dict[str, Any]:
-    return {
-        "tuned_frequency": named("tuned_point", tuned["frequency"], "excitation frequency of the tuned disk", "Hz"),
-        "tuned_amplitude": named("tuned_point", tuned["amplitude"][:, 0], "amplitude of the tuned disk", units),
-        "tuned_damper_work": named((), float(tuned["damper_work"][0]), "friction work per period of a damper there", "J"),
-        "tuned_peak": named((), float(tuned["peak"][0]), "largest amplitude of the tuned disk", units),
-        "tuned_peak_frequency": named((), float(tuned["peak_frequency"][0]), "frequency of that amplitude", "Hz"),
-    }
+def _tuned(tuned: Arrays) -> dict[str, Any]:
+    single = {f"tuned_{name}": float(tuned[name][0]) for name in ("damper_work", "peak", "peak_frequency")}
+    return {"tuned_frequency": tuned["frequency"], "tuned_amplitude": tuned["amplitude"][:, 0]} | single
 
 
 def _amplification(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
     """Largest over all blades against the tuned disk, and the blade that has it; NaN and 0 where a sample failed."""
     largest = np.array([arrays["peak"].max() for arrays in samples])
     worst = [0 if np.isnan(arrays["peak"]).any() else int(arrays["peak"].argmax()) + 1 for arrays in samples]
-    ratio: Array = largest / float(tuned["peak"][0])
-    return {
-        "amplification": named("sample", ratio, "largest amplitude of any blade over that of the tuned disk"),
-        "worst_blade": named("sample", worst, "blade with the largest amplitude; 0 where the sample failed"),
-    }
+    return {"amplification": largest / float(tuned["peak"][0]), "worst_blade": worst}
 
 
 def _deviations(work: PopulationWork) -> dict[str, Any]:
     drawn = [work.deviations(sample) for sample in range(work.count)]
-    each = ("sample", "blade")
-    data: dict[str, Any] = {
-        f"{name}_deviation": named(each, np.array([m.deviation(name) for m in drawn]), f"relative deviation, {words}")
-        for name, words in WORDS.items()
-    }
-    missing = np.array([np.isin(np.arange(1, work.disk.sectors + 1), m.missing) for m in drawn], dtype=np.int8)
-    return data | {"damper_missing": named(each, missing, "1 where the damper after the blade is missing")}
+    data: dict[str, Any] = {f"{name}_deviation": np.array([each.deviation(name) for each in drawn]) for name in RELATIVE}
+    missing = [np.isin(np.arange(1, work.disk.sectors + 1), each.missing) for each in drawn]
+    return data | {"damper_missing": np.array(missing, dtype=np.int8)}
 
 
 TUNED = "tuned_"
