@@ -16,7 +16,6 @@ from scipy import special
 from stickslip.laboratory.identification.least_squares import CERTAINTY, FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
 from stickslip.laboratory.identification.response.intervals import TOGETHER, FitStatistics, above_noise
-from stickslip.results.schema import named
 from stickslip.support.checks import Array, InputError
 from stickslip.support.late import xr
 
@@ -277,13 +276,10 @@ def interval(values: Array, axis: int = -1) -> Array:
     return found.reshape(3, *rows.shape[:-1])
 
 
-def of_draws(name: str, dims: tuple[str, ...], values: Array, words: str, units: str) -> dict[str, Any]:
-    """Variables of values along `draw` and other axes: NAME, the median of the draws, NAME_low and NAME_high, the ends of the
+def of_draws(name: str, values: Array, axis: int) -> dict[str, Array]:
+    """Variables of values along an axis of draws: NAME, the median of the draws, NAME_low and NAME_high, the ends of the
     interval, and NAME_drawn, the values."""
-    rest, rows = tuple(dim for dim in dims if dim != "draw"), interval(values, axis=dims.index("draw"))
-    ends = zip(("_low", "", "_high"), rows, ("low end of the interval", "median", "high end of the interval"), strict=True)
-    found = {f"{name}{end}": named(rest, row, f"{words}, {what} of the draws", units) for end, row, what in ends}
-    return found | {f"{name}_drawn": named(dims, values, f"{words} of each draw", units)}
+    return dict(zip((f"{name}_low", name, f"{name}_high"), interval(values, axis), strict=True)) | {f"{name}_drawn": values}
 
 
 def _own_factors(test: xr.Dataset) -> tuple[Array, Array] | None:

@@ -26,7 +26,7 @@ from stickslip.laboratory.identification.response.draws import Draw, Draws, of_d
 from stickslip.laboratory.identification.response.prediction_result import FINER, ResponsePrediction
 from stickslip.laboratory.measurement.measured_response import at_frequencies, curve_peak
 from stickslip.model.problem import Problem
-from stickslip.results.schema import named, stacked
+from stickslip.results.schema import stacked, tabulated
 from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import highest, of_attribute
@@ -227,11 +227,7 @@ PER_FORCE = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s
 GRID = 81
 """Frequencies of the band over the whole, beside those of the curve of the identified parameters."""
 
-PEAK = {
-    "frequency": ("Hz", "frequency of the peak"),
-    "amplitude": ("", "response at the peak"),
-    "damping_ratio": ("1", "damping ratio by half power"),
-}
+PEAK = ("peak_frequency", "peak_amplitude", "damping_ratio")
 """What is predicted of a peak."""
 
 
@@ -420,29 +416,15 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
             curves[k, n, : grid.size] = np.exp(factor) * along
         drawn = np.array([each["peak"] for each in one[1:]])
         peaks[:, k] = drawn[:, 0] * np.exp(shifts), drawn[:, 1] * np.exp(factors), drawn[:, 2]
-    units = PER_FORCE[work.measure.quantity.name] if work.held else work.measure.units
-
     data: dict[str, Any] = {}
     for name, drawn in zip(PEAK, peaks, strict=True):
-        unit, words = PEAK[name]
-        key = name if name.startswith("damping") else f"peak_{name}"
-        data |= of_draws(key, ("level", "draw"), drawn, words, unit or units)
-    data["frequency"] = named(("level", "point"), stacked(grids), "frequency", "Hz")
-    data |= of_draws("amplitude", ("level", "draw", "point"), curves, "response", units)
-    for column, key in enumerate(("frequency", "amplitude")):
-        words = f"estimated error of the peak's {PEAK[key][1]} due to harmonics and samples, relative"
-        data[f"peak_{key}_error"] = named("level", errors[:, column], words)
-    data["interpolated"] = named(
-        "level", within(np.array(levels), _measured_levels(work)), "1 within the measured levels, 0 beyond them"
-    )
-    lost = np.array([sum(not one["solved"] for one in each[1:]) for each in parts], dtype=float)
-    data["unsolved"] = named("level", lost, "draws whose curve does not reach the end of the band")
-    values = np.array([work.values_of(drawn[1:]) for drawn in work.drawn])
-    data["drawn"] = named(("level", "draw", "parameter"), values, "drawn parameters", "as given")
-    coords = {
-        "level": named("level", list(levels), "held amplitude" if work.held else "force level", work.level_units),
-        "parameter": named("parameter", list(work.population.free), "parameter"),
-    }
+        data |= of_draws(name, drawn, axis=1)
+    data |= {"frequency": stacked(grids)} | of_draws("amplitude", curves, axis=1)
+    data |= {"peak_frequency_error": errors[:, 0], "peak_amplitude_error": errors[:, 1]}
+    data["interpolated"] = within(np.array(levels), _measured_levels(work))
+    data["unsolved"] = np.array([sum(not one["solved"] for one in each[1:]) for each in parts], dtype=float)
+    data["drawn"] = np.array([work.values_of(drawn[1:]) for drawn in work.drawn])
+    coords = {"level": list(levels), "parameter": list(work.population.free)}
     low, high = _measured_levels(work)
     attributes = work.about_draws | {
         "title": "Predicted responses",
@@ -454,7 +436,10 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
         "point_noise": float(np.median(work.data.get("point_noise", work.data["point_error"]).values)),
         "cpu_seconds": sum(float(one["cpu_seconds"]) for one in results),
     }
-    return xr.Dataset(data, coords, attributes)
+    units = PER_FORCE[work.measure.quantity.name] if work.held else work.measure.units
+    found = tabulated("response_prediction", data, coords, attributes, units)
+    found["level"].attrs |= {"units": work.level_units, "long_name": "held amplitude" if work.held else "force level"}
+    return found
 
 
 def _measured_levels(work: ResponsePredictionWork) -> tuple[float, float]:
