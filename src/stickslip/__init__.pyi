@@ -126,7 +126,7 @@ from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors
 from .laboratory.identification.contact_law.fit import ContactLoop as ContactLoop
 from .laboratory.identification.contact_law.result import ContactLaw as ContactLaw
 from .laboratory.identification.contact_law.work import contact_law as contact_law
-from .laboratory.identification.damper.result import Identification as Identification
+from .laboratory.identification.damper.work import Identification as Identification
 from .laboratory.identification.damper.work import identify as identify
 from .laboratory.identification.response.prediction_result import ResponsePrediction as ResponsePrediction
 from .laboratory.identification.response.decay_prediction import predict_decay as predict_decay

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked_curves
+from stickslip.analyses.response_dataset import as_given, curve_arrays, labels_of, levels_are_newtons, stacked_curves
 from stickslip.analyses.settings import (
     Execution,
     OfProblem,
@@ -27,7 +27,6 @@ from stickslip.analyses.settings import (
     over_a_band,
     takes,
 )
-from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.files import SavedResult
@@ -189,19 +188,9 @@ class ControlledResponseWork(HeldMotion, Execution):
         names_found = ("force_level", "phase", *(f"resonance_{name}" for name in RESONANCE))
         data |= described("controlled_response", {name: together(name) for name in names_found}, level)
         held = f"held amplitude of the {self.quantity} of {names[self.output]}"
-        coords = {
-            "held_amplitude": named("case", list(self.amplitudes), held, self.held_quantity.units),
-            **described(
-                "controlled_response",
-                {
-                    "output": list(names),
-                    "contact": [contact.name for contact in self.problem.contacts],
-                    "direction": list(DIRECTION_NAMES),
-                    "harmonic": np.arange(highest(checked_harmonics(self.harmonics)) + 1),
-                    "part": ["re", "im"],
-                },
-            ),
-        }
+        along = {"harmonic": np.arange(highest(checked_harmonics(self.harmonics)) + 1), "part": ["re", "im"]}
+        coords = {"held_amplitude": named("case", list(self.amplitudes), held, self.held_quantity.units)}
+        coords |= described("controlled_response", labels_of(self.problem) | along)
         seconds = sum(float(curve["cpu_seconds"]) for curve in curves)
         return ControlledResponse(xr.Dataset(data, coords, _attributes(self) | {"cpu_seconds": seconds}), self.problem)
 

@@ -92,12 +92,7 @@ def response_dataset(
     problem = balance.problem
     per_curve = [variable for variable in SCHEMA if variable.name in curves[0]]
     arrays = {variable.name: stacked_curves(variable, [curve[variable.name] for curve in curves]) for variable in per_curve}
-    coords: dict[str, Any] = {
-        "force_level": list(levels),
-        "output": list(problem.output_names),
-        "contact": [contact.name for contact in problem.contacts],
-        "direction": list(DIRECTION_NAMES),
-    }
+    coords: dict[str, Any] = {"force_level": list(levels), **labels_of(problem)}
     if balance.periods > 1:
         coords["harmonic"] = np.arange(balance.highest + 1) / balance.periods
         attrs = {**attrs, "periods": balance.periods}
@@ -119,6 +114,12 @@ def response_dataset(
     if any(areas):
         dataset["contact_area"] = named("contact", areas, "area that the contact stands for, 0: not known", "m2")
     return dataset
+
+
+def labels_of(problem: Problem) -> dict[str, list[str]]:
+    """The coordinates of datasets that a problem gives: its outputs and contacts, and the directions of contacts."""
+    contacts = [contact.name for contact in problem.contacts]
+    return {"output": list(problem.output_names), "contact": contacts, "direction": list(DIRECTION_NAMES)}
 
 
 def levels_are_newtons(problem: Problem) -> bool:

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.analyses.response_dataset import ContactRows, of_parts, parts
+from stickslip.analyses.response_dataset import ContactRows, labels_of, of_parts, parts
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result, tabulated
 from stickslip.solve.balance.fourier import Harmonics, in_words, of_attribute
@@ -110,13 +109,7 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
         "energy_residual": cycle.energy_residual,
         "periods": cycle.periods,
     }
-    coords = {
-        "output": list(problem.output_names),
-        "contact": [contact.name for contact in problem.contacts],
-        "direction": list(DIRECTION_NAMES),
-        "part": ["re", "im"],
-        "harmonic": np.arange(harmonics + 1),
-    }
+    coords = labels_of(problem) | {"part": ["re", "im"], "harmonic": np.arange(harmonics + 1)}
     attrs = {
         "title": problem.heading,
         "frequency": cycle.omega / (2.0 * np.pi),

@@ -20,15 +20,14 @@ from stickslip.analyses.isolated import ModeMotions
 from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
 from stickslip.analyses.modes.synthesis import Synthesis
 from stickslip.analyses.peak_shapes import ROUNDS, SETTLED, few_combinations, scaled
-from stickslip.analyses.response_dataset import ContactRows, parts
+from stickslip.analyses.response_dataset import ContactRows, labels_of, parts
 from stickslip.analyses.settings import AnyProblem, Execution, OneOf, OutputNumber, Samples, Setting, Settings, output_of
 from stickslip.analyses.solved_points import with_shape_forces
-from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import finer, with_forces
 from stickslip.model.rigs import single_mass
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
-from stickslip.results.schema import named, stacked, variables_in
+from stickslip.results.schema import described, named, stacked, variables_in
 from stickslip.results.view import spread
 from stickslip.runs.cases import Arrays, Progress, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
@@ -206,8 +205,8 @@ def with_peaks(dataset: xr.Dataset, problem: Problem, levels: Sequence[float] = 
             _fill_levels(data, case, synthesis, levels, dataset, problem)
             said.append(_misses(np.array(levels), *(data[name][case] for name in ("level_amplitude", "level_solved_amplitude"))))
         warnings.append(" ".join(filter(None, said)))
-    described = {name: named(dims, data[name], words, units) for name, (dims, units, words) in names.items()}
-    found = dataset.assign(described).assign(
+    peaks = {name: named(dims, data[name], words, units) for name, (dims, units, words) in names.items()}
+    found = dataset.assign(peaks).assign(
         synthesis_message=named("case", np.array(messages, dtype=np.str_), "why there are no peaks of force levels"),
         synthesis_warning=named("case", np.array(warnings, dtype=np.str_), "why peaks of force levels may be wrong"),
     )
@@ -638,11 +637,6 @@ def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, 
 
 def labels(problem: Problem) -> dict[str, Any]:
     """The coordinates of modes and limit cycles that the problem gives."""
-    return {
-        "output": named("output", list(problem.output_names), "output"),
-        "contact": named("contact", [contact.name for contact in problem.contacts], "contact"),
-        "direction": named("direction", list(DIRECTION_NAMES), "direction of a contact"),
-        "part": named("part", ["re", "im"], "real or imaginary part"),
-        # The coordinates themselves, behind the degrees of freedom that are combinations of them.
-        "dof": named("dof", list(problem.structure.dofs[-problem.structure.size :]), "degree of freedom"),
-    }
+    # The coordinates themselves, behind the degrees of freedom that are combinations of them.
+    dofs = list(problem.structure.dofs[-problem.structure.size :])
+    return described("labels_of_modes", labels_of(problem) | {"part": ["re", "im"], "dof": dofs})
