@@ -124,7 +124,7 @@ from .analyses.damper_alone.cycle import damper_evolution as damper_evolution, s
 # Measurements and identification
 from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors
 from .laboratory.identification.contact_law.fit import ContactLoop as ContactLoop
-from .laboratory.identification.contact_law.result import ContactLaw as ContactLaw
+from .laboratory.identification.contact_law.work import ContactLaw as ContactLaw
 from .laboratory.identification.contact_law.work import contact_law as contact_law
 from .laboratory.identification.damper.work import Identification as Identification
 from .laboratory.identification.damper.work import identify as identify

@@ -22,9 +22,9 @@ from dash import ALL, MATCH, ClientsideFunction, Dash, Input, Output, State, ctx
 from stickslip.analyses.settings import ForcedResponseSettings, marks
 from stickslip.show.explorer import figures
 from stickslip.show.explorer.solving import COARSE, OutdatedError, Slider, Solver, Values, varied
+from stickslip.show.plots.deformed_shape import CONFIG as ALONE
+from stickslip.show.plots.deformed_shape import step_script
 from stickslip.show.plots.look import spoken
-from stickslip.show.plots.moving_picture import CONFIG as ALONE
-from stickslip.show.plots.moving_picture import step_script
 from stickslip.support.checks import InputError, between, fault, nearest
 from stickslip.support.console import say
 
