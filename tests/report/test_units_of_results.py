@@ -293,8 +293,7 @@ def test_old_results_and_those_of_different_units_are_shown_in_si(results):
 
 def test_the_explorer_is_in_mm(tmp_path):
     pytest.importorskip("dash")
-    from stickslip.show.explorer.figures import clicked_point, curve_figure, peak_words
-    from stickslip.show.explorer.solving import Solver
+    from stickslip.show.explorer.solving import Solver, clicked_point, curve_figure, peak_words
 
     (tmp_path / "mm.toml").write_text(IN_MM.replace("force_levels = [2.0, 4.0]", "force_levels = [4.0]"))
     solver = Solver.of(tmp_path / "mm.toml")
