@@ -24,15 +24,18 @@ from stickslip.analyses.settings import Seed, Setting, Settings, Whole, takes
 from stickslip.laboratory.identification.damper.fit import (
     COARSE,
     EVALUATIONS,
+    LINE_LAWS,
+    TENFOLD,
     DamperFit,
     Refits,
     fitted,
     fitted_with_law,
     held_out,
+    parameters,
     population,
     refits,
+    usual_unknowns,
 )
-from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD, parameters, usual_unknowns
 from stickslip.laboratory.identification.least_squares import CERTAINTY, CLOSE
 from stickslip.laboratory.measurement.cycles import CycleSet, LoadRemoval, synthesis, whole_cycles, zeroed
 from stickslip.laboratory.measurement.reconstruction import RigErrors, reconstruct
