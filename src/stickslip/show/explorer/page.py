@@ -5,8 +5,6 @@ What is seen as a study file, and as Python code.
 Serving of the page: on the loopback alone, under a random token, until Ctrl-C.
 """
 
-from __future__ import annotations
-
 import secrets
 import socket
 import time
