@@ -3,8 +3,6 @@
 Laboratories measure jointed structures so: a resonance hardly folds then, and each curve belongs to one state of the contacts.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -55,10 +53,10 @@ class ControlledResponse(SavedResult):
     displacement of the output are at 90°, the lowest force first.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
-    def resonances(self) -> pd.DataFrame:
+    def resonances(self) -> "pd.DataFrame":
         """Phase resonances: held amplitude, frequency [Hz], force level, loss factor, the lowest force of an amplitude first."""
         names = ["resonance_frequency", "resonance_force_level", "resonance_loss_factor"]
         table = self.dataset[names].to_dataframe().reset_index().dropna(subset=[names[0]])
@@ -71,7 +69,7 @@ class PhaseResonance(Result):
     """`dataset`, axis `amplitude` [of the quantity]: frequency [Hz], force_level, loss_factor and outcome where force and
     displacement are at 90°; NaN where no solution was found."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
 
@@ -267,7 +265,7 @@ def _level_units(work: HeldMotion) -> str:
     return "N" if levels_are_newtons(work.problem) else "1"
 
 
-def _resonance_dataset(work: HeldMotion, amplitudes: Array, found: Sequence[Any]) -> xr.Dataset:
+def _resonance_dataset(work: HeldMotion, amplitudes: Array, found: Sequence[Any]) -> "xr.Dataset":
     good = np.array([each.converged for each in found])
     arrays = resonance_arrays(work.held(0), [each.evaluation for each in found if each.converged])
     values = {"outcome": np.where(good, int(Outcome.CONVERGED), int(Outcome.NOT_CONVERGED))}

@@ -9,8 +9,6 @@ Arrays of the curves of a result, from which one with more curves is made.
 Conversion of motions relative to a moving base into absolute ones: X + r X_b, X_b = −A/(hω)² for a base acceleration A.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -85,7 +83,7 @@ def response_dataset(
     attrs: Mapping[str, Any],
     measure: Measure = DISPLACEMENT_AMPLITUDE,
     plain: HarmonicBalance | None = None,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """The labelled dataset of the arrays of several curves; ends: of the band in Hz, for the linear curves; measure: what the
     peaks are of; plain: the balance over one period of the excitation, if that of the curves is over several.
     """
@@ -291,7 +289,7 @@ KEPT = (
 """What a curve has beside the variables of the schema."""
 
 
-def arrays_of(dataset: xr.Dataset, case: int, longer: int = 1) -> dict[str, NDArray[Any]]:
+def arrays_of(dataset: "xr.Dataset", case: int, longer: int = 1) -> dict[str, NDArray[Any]]:
     """What `curve_arrays` gives of a curve, from its dataset; longer: by how many times the expansion is."""
     found: dict[str, NDArray[Any]] = {}
     for variable in SCHEMA:
@@ -336,7 +334,7 @@ def _longer(values: NDArray[Any], dims: tuple[str, ...], longer: int) -> NDArray
     return np.tile(values, [longer if dim == "sample" else 1 for dim in dims]) if "sample" in dims else np.asarray(values)
 
 
-def absolute(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+def absolute(dataset: "xr.Dataset", problem: Problem) -> "xr.Dataset":
     """`response` and `amplitude` of a result as absolute motions, m: those of the result, which are relative, and the base."""
     found = dataset[["frequency", "outcome", "response", "amplitude"]].copy(deep=True)
     omega, level = 2.0 * np.pi * dataset["frequency"].values, dataset["force_level"].values[:, None]

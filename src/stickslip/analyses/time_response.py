@@ -3,8 +3,6 @@
 Verification of a solved point by time integration from its own state, with the difference of the two.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,7 +33,7 @@ from stickslip.support.late import xr
 class TimeResponse(Result):
     """The last period of a time integration: `dataset` (labelled, with units), the problem and the cycle that made them."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
     cycle: TimeCycle
 
@@ -86,7 +84,7 @@ def harmonics_of(signals: Array, harmonics: int) -> np.ndarray:
     return np.asarray(spectrum)
 
 
-def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March) -> xr.Dataset:
+def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March) -> "xr.Dataset":
     outputs = cycle.outputs
     samples = outputs.shape[1]
     motion, force = ContactRows(problem).spread(cycle.contact_motion), ContactRows(problem).spread(cycle.contact_force)
@@ -244,7 +242,7 @@ class TimeCheck:
 
 
 def verify_in_time(
-    dataset: xr.Dataset,
+    dataset: "xr.Dataset",
     problem: Problem,
     case: int,
     point: int,

@@ -3,8 +3,6 @@
 What a study asks of a response beside its curves: the tables [stress], [fatigue], [stability] and [reached].
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -82,7 +80,7 @@ class FurtherCurves:
     branches: BranchesTable | None
 
     @classmethod
-    def of(cls, asked: Asked) -> FurtherCurves:
+    def of(cls, asked: Asked) -> "FurtherCurves":
         """The tables of a study; refused for listed frequencies, which no curve joins."""
         isolated, branches = asked.tables.get("isolated"), asked.tables.get("branches")
         for name, table in (("isolated", isolated), ("branches", branches)):
@@ -180,8 +178,8 @@ class FatigueTable(Table):
 
 
 def fatigue_of(
-    asked: Asked, recovery: StressRecovery | None, add: Callable[..., xr.Dataset] = with_fatigue
-) -> Callable[[xr.Dataset], xr.Dataset] | None:
+    asked: Asked, recovery: StressRecovery | None, add: "Callable[..., xr.Dataset]" = with_fatigue
+) -> "Callable[[xr.Dataset], xr.Dataset] | None":
     """What adds the fatigue margin to a result with stress, by `with_fatigue` or its like; None where it is not asked for."""
     table = asked.tables.get("fatigue")
     if not isinstance(table, FatigueTable):

@@ -3,8 +3,6 @@
 `remaining` says what an earlier run left; `computed` goes on from there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
@@ -79,7 +77,7 @@ class Run:
             CheckpointFolder.remove(place)
             return CheckpointFolder(place, self.about)
 
-    def complete(self) -> dict[str, xr.Dataset] | None:
+    def complete(self) -> "dict[str, xr.Dataset] | None":
         """The results of this very run where they are all there, else None; those of another are refused."""
         files = {name: self.folder / name / "results.nc" for name in self.jobs}
         try:
@@ -96,7 +94,7 @@ class Run:
         return datasets if len(datasets) == len(files) else None
 
     @only_own_files()
-    def computed(self, kept: CheckpointFolder, progress: Progress) -> dict[str, xr.Dataset]:
+    def computed(self, kept: CheckpointFolder, progress: Progress) -> "dict[str, xr.Dataset]":
         """The results of all jobs, each saved."""
         for job in self.jobs.values():
             job.plan.begin(progress)

@@ -8,8 +8,6 @@ neither is the resonance, and one curve alone misleads.
 Resonance peaks along any parameter of a problem: force, preload, friction, stiffness, or several scaled together.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -66,7 +64,7 @@ from stickslip.support.units import Band
 class PerformanceCurve(Result):
     """Curves of several friction coefficients: `dataset` with axes (case, point), a case per coefficient, points by F_C/F_E."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
     def optimum(self, case: int = 0) -> dict[str, float]:
@@ -171,7 +169,7 @@ class PerformanceBand(Result):
     bound); virgin_amplitude_per_force and solves by point.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
 
@@ -228,7 +226,7 @@ def performance_band(work: BandSettings) -> PerformanceBand:
     return PerformanceBand(band_dataset(work, results), work.problem)
 
 
-def band_dataset(asked: BandSettings, results: Sequence[Arrays]) -> xr.Dataset:
+def band_dataset(asked: BandSettings, results: Sequence[Arrays]) -> "xr.Dataset":
     """Bounds of the peak as a band over F_C/F_E."""
     work = asked.bounds
     bounds, unit = work.gathered(results), excitation(work.problem)
@@ -255,7 +253,7 @@ class PeakPath:
     the values between which it did. The attributes quantity and measure say what `amplitude` is of.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     events: tuple[Event, ...]
 
 
@@ -301,7 +299,7 @@ def follow_peaks(
     return PeakPath(dataset, tuple(found.events))
 
 
-def _dataset(continuation: PeakContinuation, found: ContinuedPeaks) -> xr.Dataset:
+def _dataset(continuation: PeakContinuation, found: ContinuedPeaks) -> "xr.Dataset":
     shape, measure = (len(found.values), len(found.branches)), continuation.measure
     arrays = {name: np.full(shape, np.nan) for name in ("frequency", "amplitude", "frequency_width", "on_kink")}
     for b, branch in enumerate(found.branches):

@@ -8,8 +8,6 @@ What of a study can vary: numbers of its document with the range of a slider eac
 What the explorer shows of an answer: the curve beside its reference, the peak in two numbers, and one point in detail.
 """
 
-from __future__ import annotations
-
 import inspect
 import time
 from collections import OrderedDict
@@ -527,7 +525,7 @@ def performance_figure(curve: PerformanceCurve, ratio: float, dark: bool) -> dic
     return _figure(marked, curve.dataset, dark)
 
 
-def _figure(chart: Chart, dataset: xr.Dataset, dark: bool) -> dict[str, Any]:
+def _figure(chart: Chart, dataset: "xr.Dataset", dark: bool) -> dict[str, Any]:
     """A chart in the units of the study."""
     shown = shown_chart(chart, system_of(dataset))
     found: dict[str, Any] = plotly_figure(shown, dark).update_layout(uirevision="kept", autosize=True).to_dict()

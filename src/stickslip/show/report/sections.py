@@ -1,7 +1,5 @@
 """Sections of the page, each a function from datasets to HTML. Tables carry exact SI numbers in data-value."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -106,7 +104,7 @@ def curves(datasets: Datasets, charts: Charts) -> str:
             Choice("Amplitude", ("absolute", "per force")),
         ]
 
-        def draw(output: str, scale: str, quantity: str, size: str, dataset: xr.Dataset = dataset) -> Chart:
+        def draw(output: str, scale: str, quantity: str, size: str, dataset: "xr.Dataset" = dataset) -> Chart:
             return response_curves(dataset, output, scale == "logarithmic", size == "per force", quantity)
 
         html += charts.place("chart-curves", draw, choices, label, _loops_of_points(dataset))
@@ -119,11 +117,11 @@ def curves(datasets: Datasets, charts: Charts) -> str:
     return section("curves", "Response curves", html, note)
 
 
-def _outputs(*datasets: xr.Dataset) -> list[str]:
+def _outputs(*datasets: "xr.Dataset") -> list[str]:
     return list(dict.fromkeys(str(name) for dataset in datasets for name in dataset.output.values))
 
 
-def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
+def _loops_of_points(dataset: "xr.Dataset") -> Opening | None:
     """Loops at points spread over the curves, the peaks among them, as many as `OPENED` allows over all force levels."""
     rows = view.contact_rows(dataset)
     if not rows:
@@ -308,7 +306,7 @@ def _result_head(datasets: Datasets) -> list[str]:
     return ["Result"] if len(datasets) > 1 else []
 
 
-def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: view.Length, ranked: Ranked) -> Iterator[str]:
+def _peak_rows(label: str, dataset: "xr.Dataset", several: bool, unit: view.Length, ranked: Ranked) -> Iterator[str]:
     """The peaks of every curve and output, highest first, absolute and per force."""
     measure, (factor, per_force) = view.measure_in(dataset), view.per_force_unit(dataset)
     none = "largest of the listed frequencies" if view.is_listed(dataset) else "no peak inside the band; the largest point"
@@ -327,7 +325,7 @@ def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: view.Length
                 yield f'<tr data-case="{case}" data-rank="{rank}">{cells}{cell(number(loss), loss)}</tr>'
 
 
-def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
+def _ranked(dataset: "xr.Dataset", case: int, output: int) -> Iterator[tuple[int, Array]]:
     """Rank and (frequency, size, largest, loss factor) of each peak, not per force; rank 0 for a curve without local maximum."""
     names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
     table_of_peaks = np.array([dataset[name].values[case, :, output] for name in names]).T
@@ -339,13 +337,13 @@ def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, 
         yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
 
 
-def _outside(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
+def _outside(dataset: "xr.Dataset", case: int, output: int) -> Iterator[tuple[int, Array]]:
     """The same of the peaks outside the band."""
     for rank, peak in enumerate(view.peaks_outside(dataset, case, output), start=1):
         yield rank, np.array([peak.frequency, peak.amplitude, peak.max_abs, peak.loss_factor])
 
 
-def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
+def _energy_rows(label: str, dataset: "xr.Dataset", several: bool) -> Iterator[str]:
     """What the contacts dissipate at the highest peak of each curve, and the worst measures of accuracy along it."""
     for case in range(dataset.sizes["case"]):
         peak, kept = view.highest_peak(dataset, case), view.in_band(dataset, case, view.converged_points(dataset, case))

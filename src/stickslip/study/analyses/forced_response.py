@@ -1,7 +1,5 @@
 """Forced response in a study: its sweeps, and the stresses, stability and further curves that its tables ask for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,12 +22,12 @@ class ForcedResponsePlan(Plan):
     sweep: ForcedResponseSettings
     further: further_curves.FurtherCurves
     recovery: StressRecovery | None = None
-    fatigue: Callable[[xr.Dataset], xr.Dataset] | None = None
+    fatigue: "Callable[[xr.Dataset], xr.Dataset] | None" = None
     stability: further_curves.StabilityTable | None = None
     reached: further_curves.ReachedTable | None = None
 
     @classmethod
-    def of(cls, asked: Asked) -> ForcedResponsePlan:
+    def of(cls, asked: Asked) -> "ForcedResponsePlan":
         """The plan of a study."""
         recovery = further_curves.recovery_of(asked)
         fatigue = further_curves.fatigue_of(asked, recovery)
@@ -62,12 +60,12 @@ class ForcedResponsePlan(Plan):
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
-    ) -> xr.Dataset:
+    ) -> "xr.Dataset":
         work, curves = self.works[""].settled(list(results[""]), checkpoint, workers, progress)
         self.__dict__["works"] = {"": work}
         return self.dataset({"": curves}, progress)
 
-    def dataset(self, results: Mapping[str, Sequence[Arrays]], progress: Progress = silent) -> xr.Dataset:
+    def dataset(self, results: Mapping[str, Sequence[Arrays]], progress: Progress = silent) -> "xr.Dataset":
         work = self.works[""]
         response = self.further.added(work.gathered(results[""]), work)
         response = response if self.stability is None else response.with_stability(self.stability.highest)

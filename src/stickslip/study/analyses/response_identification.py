@@ -1,7 +1,5 @@
 """Identification from frequency responses in a study: the table [response_identification], files of curves and what is free."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -267,7 +265,7 @@ class ResponseIdentificationPlan(Plan):
     remark: str = ""
 
     @classmethod
-    def of(cls, asked: Asked) -> ResponseIdentificationPlan:
+    def of(cls, asked: Asked) -> "ResponseIdentificationPlan":
         """The plan of a study."""
         sweep, table = sweep_of(asked), asked.tables[TABLE]
         assert isinstance(table, CurvesTable)
@@ -367,12 +365,12 @@ class ResponseIdentificationPlan(Plan):
     def works(self) -> Mapping[str, Work]:
         return {"": self.work}
 
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> "xr.Dataset":
         return self.work.gathered(results[""], **self.about).dataset
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
-    ) -> xr.Dataset:
+    ) -> "xr.Dataset":
         """The result, with the tests left out one by one."""
         return self.work.finished(results[""], checkpoint, workers, progress, **self.about).dataset
 

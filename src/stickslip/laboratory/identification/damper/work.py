@@ -9,8 +9,6 @@ Plausibility checks of measured cycles before a fit and of the result after it.
 What an identification of a damper is given as: the result, its dataset and sentences, and parameters over the cycles.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
@@ -79,11 +77,11 @@ class Identification(Result):
     warnings: tuple[str, ...]
     fit: DamperFit
     replicates: Array
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     law: str = "macroslip"
     held_out: Mapping[str, float] = field(default_factory=dict)
 
-    def over_cycles(self, points: int = 5) -> xr.Dataset:
+    def over_cycles(self, points: int = 5) -> "xr.Dataset":
         """The parameters in so many consecutive parts of the records, {name: (point,)}, SI, fitted again from those of all
         cycles: how friction develops in a test. Their scatter is that of the cycles; errors of gains are common to all parts.
         """
@@ -92,7 +90,7 @@ class Identification(Result):
 
 def identification_dataset(
     fit: DamperFit, theta: Array, intervals: Mapping[str, tuple[float, float]], replicates: Array, errors: tuple[float, Array]
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """The result as a dataset: everything that figures and report need. errors: standard deviations of the lag [s] and of the
     zeros (cases, forces) [N]."""
     computed = fit.predicted(theta)
@@ -132,7 +130,7 @@ def identification_dataset(
     return tabulated("damper_identification", variables, coordinates, about | {"lag_fitted": int(bool(fit.errors.lag))})
 
 
-def with_slip(dataset: xr.Dataset, fit: DamperFit, rig: BetweenPlatforms, kn: float) -> xr.Dataset:
+def with_slip(dataset: "xr.Dataset", fit: DamperFit, rig: BetweenPlatforms, kn: float) -> "xr.Dataset":
     """The dataset with the motions at the right contact that the lasers measured, and their standard deviations; as it is where
     rotation and damper_y were not measured or several lines touch at the right. kn: of the right line, as identified [N/m]."""
     lag = float(dataset["lag"])
@@ -159,7 +157,7 @@ def misfits(fit: DamperFit, shown: Array) -> Array:
     return np.asarray(left / size)
 
 
-def chain_sentences(dataset: xr.Dataset) -> list[str]:
+def chain_sentences(dataset: "xr.Dataset") -> list[str]:
     """The lag of the forces, where it was fitted, and the zeros of the cells that were left in the loops, with 95 % intervals."""
     lag, error = 1e3 * float(dataset["lag"]), 1e3 * float(dataset["lag_error"])
     seen, rows = 1e3 * float(dataset.attrs["lag_seen"]), []
@@ -184,7 +182,7 @@ def _with_interval(value: float, error: float, unit: str) -> str:
     return f"{value:.{digits}f}{unit} ({low:.{digits}f} to {high:.{digits}f}{unit})"
 
 
-def over_cycles(fit: DamperFit, theta: Array, points: int) -> xr.Dataset:
+def over_cycles(fit: DamperFit, theta: Array, points: int) -> "xr.Dataset":
     """Parameters (point, parameter) of a fit to consecutive groups of cycles, from those of all cycles, theta (logarithms).
 
     Group k holds the kth part of the cycles of every record. NaN where no steady cycle was found.

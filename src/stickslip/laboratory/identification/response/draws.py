@@ -3,8 +3,6 @@
 `kept_for_draws` is what the dataset of an identification keeps of its fit, `Draws` reads it and draws.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -90,11 +88,11 @@ class Scatter:
 class Draws:
     """What an identification left uncertain."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     free: Mapping[str, FreeParameter]
 
     @classmethod
-    def of(cls, dataset: xr.Dataset) -> Draws:
+    def of(cls, dataset: "xr.Dataset") -> "Draws":
         """From the dataset of an identification."""
         if "fit_covariance" not in dataset:
             raise InputError(
@@ -160,7 +158,7 @@ class Draws:
             return float(values.mean()), float(np.std(values, ddof=1)) * float(np.sqrt(1.0 + 1.0 / values.size)), values.size - 1
         return line.at(at[1]), line.spread(at[1]), values.size - 2
 
-    def _line(self, name: str, levels: Array) -> Line | None:
+    def _line(self, name: str, levels: Array) -> "Line | None":
         values = self.dataset["fit_value"].values[self._at(name)]
         return line_over(levels, values) if values.size == levels.size else None
 
@@ -248,7 +246,7 @@ class Line:
         return self.deviation * float(np.sqrt(1.0 + 1.0 / self.tests + (level - self.middle[0]) ** 2 / self.width))
 
 
-def line_over(levels: Array, values: Array) -> Line | None:
+def line_over(levels: Array, values: Array) -> "Line | None":
     """The line of values over levels (tests,), None where chance alone gives such a slope in `SIGNIFICANCE` of all cases."""
     if values.size < FEWEST_ON_A_LINE or not np.ptp(levels) > 0.0:
         return None
@@ -282,7 +280,7 @@ def of_draws(name: str, values: Array, axis: int) -> dict[str, Array]:
     return dict(zip((f"{name}_low", name, f"{name}_high"), interval(values, axis), strict=True)) | {f"{name}_drawn": values}
 
 
-def _own_factors(test: xr.Dataset) -> tuple[Array, Array] | None:
+def _own_factors(test: "xr.Dataset") -> tuple[Array, Array] | None:
     """Factors a and b of a test with their standard errors, (2,) each; None of too few points."""
     solved = (test["solved"].values > 0.0) & np.isfinite(test["frequency"].values)
     order = np.argsort(test["frequency"].values[solved], kind="stable")

@@ -7,8 +7,6 @@ Least squares of measured against computed responses: variables, and residuals w
 Variables are those of all tests (parameters), then for each test its own parameters, gain, phase and start state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -61,7 +59,7 @@ class ComputedResponse:
     points: list[Point | None]
 
     @classmethod
-    def unsolved(cls, count: int, names: Sequence[str], starts: int = 0) -> ComputedResponse:
+    def unsolved(cls, count: int, names: Sequence[str], starts: int = 0) -> "ComputedResponse":
         """So many points, none of which has a solution yet."""
         by_value = {name: np.zeros(count, dtype=complex) for name in names}
         none = np.zeros(count, dtype=bool)
@@ -83,7 +81,7 @@ class FittedTest:
     space: StartSpace | None = None
 
     @classmethod
-    def of(cls, test: MeasuredResponse, problem_of: Callable[..., Problem], harmonics: Harmonics, samples: int) -> FittedTest:
+    def of(cls, test: MeasuredResponse, problem_of: Callable[..., Problem], harmonics: Harmonics, samples: int) -> "FittedTest":
         """A test before its first evaluation."""
         return cls(test, problem_of, harmonics, samples, [None] * np.size(test.frequency))
 
@@ -96,7 +94,7 @@ class FittedTest:
         balance = HarmonicBalance(self.problem(values), self.harmonics, self.samples)
         return balance if self.space is None else self.space.balance(balance, starts)
 
-    def computed(self, values: Values, starts: Array, names: Sequence[str]) -> ComputedResponse:
+    def computed(self, values: Values, starts: Array, names: Sequence[str]) -> "ComputedResponse":
         """The response at all points, with its derivatives by the parameters of these names and by the start variables."""
         balance = self.balance(values, starts)
         sides = {name: self.sides(values, starts, name) for name in names}
@@ -113,7 +111,7 @@ class FittedTest:
                 found.by_start[k] = slopes[len(names) :]
         return found
 
-    def keep(self, computed: ComputedResponse) -> None:
+    def keep(self, computed: "ComputedResponse") -> None:
         """Start from these solutions from now on, where there are any."""
         self.known = [known if point is None else point for point, known in zip(computed.points, self.known, strict=True)]
 
@@ -299,11 +297,11 @@ class ResponseFit(LeastSquares):
 
     stops = MappingProxyType({"x_scale": "jac", "ftol": 1e-10, "xtol": 1e-9, "gtol": 1e-10})
 
-    tests: Sequence[FittedTest]
+    tests: "Sequence[FittedTest]"
     free: Mapping[str, FreeParameter]
     start_deviation: float = 0.5
     _last: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
-    computed: list[ComputedResponse] = field(default_factory=list)
+    computed: "list[ComputedResponse]" = field(default_factory=list)
     evaluations: int = 0
     evaluated: Callable[[int], object] = lambda count: None
     excluded: Sequence[NDArray[np.bool_]] = ()
@@ -532,7 +530,7 @@ def enough(found: Sequence[Solution]) -> bool:
     return bool(before) and abs(last.cost - least) <= AGREE * least
 
 
-def _compared(model: FittedTest, shown: Any, slopes: Any) -> tuple[Array, Array]:
+def _compared(model: "FittedTest", shown: Any, slopes: Any) -> tuple[Array, Array]:
     """Residuals and derivatives, complex where the phase is measured, else of sizes.
 
     Where errors are relative to each point, of the logarithm: a peak in the wrong place then counts no more than a missing one.

@@ -6,8 +6,6 @@ curves.
 What all predictions from an identification have in common: its draws, their problems, and how the contacts start.
 """
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -52,7 +50,7 @@ class Identification(Protocol):
     """What is predicted from: the dataset of an identification, and the problem of its parameters."""
 
     @property
-    def dataset(self) -> xr.Dataset: ...
+    def dataset(self) -> "xr.Dataset": ...
 
     @property
     def problem_of(self) -> Callable[..., Problem]: ...
@@ -105,7 +103,7 @@ class DrawnProblems(Execution):
         _ = self.known_settings
 
     @property
-    def data(self) -> xr.Dataset:
+    def data(self) -> "xr.Dataset":
         """The dataset of the identification."""
         return self.identification.dataset
 
@@ -396,7 +394,7 @@ def predict_response(work: ResponsePredictionWork) -> ResponsePrediction:
     return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 
 
-def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
+def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> "xr.Dataset":
     levels, count = work.levels[work.held], 1 + work.draws
     parts = [results[k * count : (k + 1) * count] for k in range(len(levels))]
     ends = work.ends
