@@ -8,7 +8,7 @@ from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property, lru_cache, partial
 from math import lcm
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,6 +66,7 @@ from stickslip.model.problem.speed import over_periods
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass
+from stickslip.model.structure.stress import FatigueLimit, StressRecovery
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
@@ -85,9 +86,6 @@ from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    from stickslip.model.structure.stress import FatigueLimit, StressRecovery
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -17,8 +17,6 @@ Checkpoints: one file per completed case beside the results, from which an inter
 Plain NumPy archives without pickle, each written beside its place and renamed.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import queue
@@ -37,9 +35,10 @@ from functools import partial
 from hashlib import sha256
 from itertools import zip_longest
 from multiprocessing import connection, current_process, get_context, reduction
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,10 +49,6 @@ from stickslip.support.files import WrittenFiles, only_own_files, write_arrays, 
 from stickslip.support.interrupts import for_this_process_only, raise_in, raised_again
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
-
-if TYPE_CHECKING:
-    from multiprocessing.context import SpawnProcess
-
 
 Arrays = Mapping[str, NDArray[Any]]
 Progress = Callable[[float, str], None]
@@ -101,7 +96,7 @@ class Work(Protocol):
 class StoppableWork(Work, Protocol):
     """Work whose results are of use although some cases are missing or, after `CaseStopped`, unfinished."""
 
-    def so_far(self, results: Mapping[int, Arrays]) -> xr.Dataset:
+    def so_far(self, results: Mapping[int, Arrays]) -> "xr.Dataset":
         """The labelled results of some cases."""
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,16 +20,12 @@ from stickslip.analyses.truncation import ALL_MODES, ALL_NODES, SEATED
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import quantities, view
 from stickslip.results.quantities import is_unstable, peak_is_unstable, peak_verdict
-from stickslip.results.schema import CurveKind, analysis_named, kinds_in, shown_sentence
+from stickslip.results.schema import CurveKind, Result, analysis_named, kinds_in, shown_sentence
 from stickslip.show.report.markup import cell, hertz, number, percent, picture, presentations, table, text
 from stickslip.support.checks import counted, listed
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import SENTENCES
-
-if TYPE_CHECKING:
-    from stickslip.results.schema import Result
-
 
 OUTSIDE = "Peaks outside the band, where the curve goes and comes back; they do not count."
 """Caption of their table."""
