@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.performance.work import (
     OPTIMUM,
+    OverRatios,
     PerformanceWork,
     Pull,
     centrifugal_pull,
@@ -28,11 +29,7 @@ from stickslip.analyses.performance.work import (
 )
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
-    Execution,
-    MeasuredOutput,
-    OfProblem,
     Rule,
-    Sampled,
     Seed,
     Setting,
     Share,
@@ -42,8 +39,6 @@ from stickslip.analyses.settings import (
     made,
     maker,
     output_of,
-    over_a_band,
-    ratios_of,
     takes,
 )
 from stickslip.analyses.variability.bounds import BoundsWork
@@ -174,29 +169,16 @@ class PerformanceBand(Result):
 
 
 @dataclass(frozen=True, eq=False)
-class BandSettings(Sampled, MeasuredOutput, Execution):
+class BandSettings(OverRatios):
     """What a performance band is searched for by: bounds of the peak, at the force levels of values of F_C/F_E."""
 
-    problem: OfProblem
-    force_ratio: Annotated[ArrayLike, Setting(ratios_of, "[low, high] of F_C/F_E")]
     _: KW_ONLY
-    band: Annotated[Band | None, Setting(over_a_band)] = None
     pull: Pull = None
     cloud: Annotated[int, Setting(Whole(0), "number of start states sampled at each value")] = 20
     starts: Annotated[int, Setting(Whole(0), "number of the best of these states, from each of which a search begins")] = 2
     rule: Rule = "slider_offset"
     share: Share = "contact"
     seed: Seed = 0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        output_of(self.problem, self.output)
-        fineness_of(self.harmonics, self.samples)
-
-    @property
-    def ratios(self) -> tuple[float, ...]:
-        """Values of F_C/F_E, ascending."""
-        return ratios_of("force_ratio", self.force_ratio)
 
     @cached_property
     def bounds(self) -> BoundsWork:
