@@ -25,7 +25,7 @@ from stickslip.runs.cases import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.solve.balance.fourier import checked_harmonics, in_words
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.study import analyses
-from stickslip.study.fields import Table, Units
+from stickslip.study.fields import AnyTable, Table, Units
 from stickslip.support.checks import counted
 from stickslip.support.late import xr
 from stickslip.support.units import Band
@@ -145,6 +145,10 @@ class Asked:
     rig: tuple[str, Mapping[str, Any]] = ("", MappingProxyType({}))
     disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
     document: Mapping[str, Any] = field(default_factory=dict)
+
+    def table(self, kind: type[AnyTable]) -> AnyTable | None:
+        """The table of a kind; None where the file has none."""
+        return next((table for table in self.tables.values() if isinstance(table, kind)), None)
 
 
 def taken_over(base: ForcedResponseWork) -> dict[str, Any]:

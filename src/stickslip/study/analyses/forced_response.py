@@ -29,16 +29,9 @@ class ForcedResponsePlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> "ForcedResponsePlan":
         """The plan of a study."""
-        recovery = further_curves.recovery_of(asked)
-        fatigue = further_curves.fatigue_of(asked, recovery)
-        plan = cls(
-            sweep_of(asked),
-            further_curves.FurtherCurves.of(asked),
-            recovery,
-            fatigue,
-            further_curves.stability_of(asked),
-            further_curves.reached_of(asked),
-        )
+        recovery, further = further_curves.recovery_of(asked), further_curves.FurtherCurves.of(asked)
+        fatigue, stability = further_curves.fatigue_of(asked, recovery), asked.table(further_curves.StabilityTable)
+        plan = cls(sweep_of(asked), further, recovery, fatigue, stability, further_curves.reached_of(asked))
         if plan.further.periods > 1 and plan.sweep.harmonics != "auto":
             _ = plan.works
         return plan
