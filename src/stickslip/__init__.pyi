@@ -99,7 +99,7 @@ from .analyses.performance.design import DamperDesign as DamperDesign, damper_de
 
 # Bladed disks
 from .analyses.mistuning.disk import Mistuning as Mistuning, Scatter as Scatter, mistuned_disk as mistuned_disk
-from .analyses.mistuning.population import (
+from .analyses.mistuning.work import (
     MistunedPopulation as MistunedPopulation,
     mistuned_population as mistuned_population,
     mistuned_response as mistuned_response,

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip.analyses.mistuning.population import blade_margins, smallest_blade_margin
+from stickslip.analyses.mistuning.work import blade_margins, smallest_blade_margin
 from stickslip.analyses.stress import has_fatigue
 from stickslip.results.schema import in_system, system_of
 from stickslip.results.view import energy_text, size_text
