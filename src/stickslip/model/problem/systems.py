@@ -9,8 +9,6 @@ same wherever the body lies along such a motion: its mean position is not determ
 spring that acts on the mean alone, far softer than the sticking contacts, holds it and leaves the vibration as it is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -73,7 +71,7 @@ class HarmonicSystems:
     gas: Sequence[Any] = ()
     """Gas forces that go with the motion."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: "Problem") -> None:
         self.problem = problem
 
     def enough_samples(self, samples: int) -> int:
@@ -219,7 +217,7 @@ ten times as stiff. Softer ones let the wedge move so far that a curve takes up 
 """
 
 
-def loose_motions(problem: Problem) -> Array:
+def loose_motions(problem: "Problem") -> Array:
     """Motions that structure, mean springs and normal directions of contacts leave free, (motions, n), orthonormal.
 
     Rigid motions of K are those in which it stores none of the energy of the stuck structure, vᵀK v / vᵀK'v = 0, to the rounding
@@ -236,7 +234,7 @@ def loose_motions(problem: Problem) -> Array:
     return np.asarray(linalg.orth(loose).T)
 
 
-def soft_springs(problem: Problem) -> tuple[Spring, ...]:
+def soft_springs(problem: "Problem") -> tuple[Spring, ...]:
     """A soft spring for the mean of each loose motion, at one degree of freedom each, so that each holds one of the motions."""
     motions, structure = problem.loose_motions.T, problem.structure
     if not motions.size:
@@ -249,7 +247,7 @@ def soft_springs(problem: Problem) -> tuple[Spring, ...]:
     return tuple(Spring({dofs[row]: 1.0}, SOFT * float(own)) for row, own in zip(held, stiffness, strict=True))
 
 
-def lasting_stiffness(problem: Problem) -> Array | None:
+def lasting_stiffness(problem: "Problem") -> Array | None:
     """The mean springs as springs of all harmonics, (n, n): K_m = B diag(k) Bᵀ, B = K'V (VᵀK'V)⁻¹. V (n, springs) are the motions
     that neither K nor closed contacts resist, to the share `LOOSE`, each of which moves one spring alone, by one. None where the
     springs hold anything else, or are more than ten times `SOFT`, so that the vibration would feel them.

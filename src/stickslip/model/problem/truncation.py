@@ -11,8 +11,6 @@ projected on all of them (Ritz). What was left out is known afterwards: the high
 (`analyses.truncation`).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +41,7 @@ DEPENDENT = 1e-6
 """Singular value of unit vectors below which one is a combination of the others."""
 
 
-def on_few_coordinates(problem: Problem, frequency: float, modes_to: float | None = None) -> Problem:
+def on_few_coordinates(problem: "Problem", frequency: float, modes_to: float | None = None) -> "Problem":
     """The problem truncated, its loose means held, where contacts are many; else itself.
 
     frequency [Hz]: the highest that is balanced, H times that of the excitation; modes_to [Hz]: that of earlier results.
@@ -69,7 +67,7 @@ def on_few_coordinates(problem: Problem, frequency: float, modes_to: float | Non
     return problem.known_few[modes_to]
 
 
-def truncated(problem: Problem, modes_to: float) -> Problem:
+def truncated(problem: "Problem", modes_to: float) -> "Problem":
     """The problem on its stuck modes up to a frequency [Hz] and the shapes above that contacts, loads and outputs feel.
 
     Those of a tuned disk belong to a nodal diameter each: its `systems` find them.
@@ -100,7 +98,7 @@ def truncated(problem: Problem, modes_to: float) -> Problem:
     return replace(problem, structure=few, speed=speed, modes_to=modes_to)
 
 
-def load_and_output_rows(problem: Problem) -> Array:
+def load_and_output_rows(problem: "Problem") -> Array:
     """The directions of loads and outputs over the degrees of freedom, (rows, n)."""
     highest = max(harmonic for force in problem.forces for harmonic in force.factors)
     harmonic = np.hstack([powers[:, np.any(powers != 0.0, axis=0)] for powers in problem.load_powers(highest)])
@@ -148,7 +146,7 @@ def uncoupled_beyond(first: int, C: NDArray[Any]) -> NDArray[Any]:
     return C
 
 
-def can_be_truncated(problem: Problem) -> bool:
+def can_be_truncated(problem: "Problem") -> bool:
     """Whether `truncated` takes a problem. A base moves rows of M that few coordinates no longer have; the sectors of a full disk
     have waves of their own, and where the speed stiffens a disk each harmonic meets other modes at each frequency."""
     moved = any(isinstance(force, BaseMotion) for force in problem.forces)
