@@ -37,7 +37,7 @@ from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
 from stickslip.model.problem.speed import over_periods
-from stickslip.model.problem.truncation import on_few_coordinates
+from stickslip.model.problem.systems import on_few_coordinates
 from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass
 from stickslip.model.structure.stress import FatigueLimit, StressRecovery

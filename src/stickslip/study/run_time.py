@@ -14,8 +14,7 @@ from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.static_load import as_lines, by_surface, opened, rest_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.model.problem.systems import soft_springs
-from stickslip.model.problem.truncation import on_few_coordinates
+from stickslip.model.problem.systems import on_few_coordinates, soft_springs
 from stickslip.results.schema import in_system
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import orders

@@ -11,7 +11,7 @@ A whole disk on few coordinates of each nodal diameter, for mistuned finite-elem
 A disk of N sectors with m degrees of freedom each has matrices of N m rows, the third power of which a mode analysis takes. The
 motion of the mistuned disk lies, but for little, in that of the tuned one at all nodal diameters n, q_n = T_n y_n, T_n (m, k):
 its stuck modes up to a frequency, and what the modes above add to the deformation of contacts, blades, loads and outputs
-(`problem/truncation.py` has the equations). The coordinates y of all sectors stand for a real structure again, whose
+(`problem/systems.py` has the equations). The coordinates y of all sectors stand for a real structure again, whose
 matrices Tᴴ A T are circulant until sectors deviate (Ritz). Dampers keep their own degrees of freedom, so that one may be missing.
 """
 
@@ -32,8 +32,7 @@ from stickslip.model.contact.point import Contact, OnSurface, TractionRatio
 from stickslip.model.loads import BaseMotion, Force, Output, excited_harmonics
 from stickslip.model.problem import Problem, modal_damping_matrix
 from stickslip.model.problem.speed import SpeedDependence
-from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave
-from stickslip.model.problem.truncation import kept_shapes, load_and_output_rows
+from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave, kept_shapes, load_and_output_rows
 from stickslip.model.structure.aerodynamics import Aerodynamics, WaveStiffness
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, WaveMatrices, Waves, circulant, of_all_sectors, sector_name
 from stickslip.model.structure.matrices import ModalDamping, RayleighDamping, Structure
