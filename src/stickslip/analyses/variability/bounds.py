@@ -11,8 +11,6 @@ The search at neighbouring frequencies, or of peaks at several force levels, as 
 Bounds and nominal response in one dataset, for one results file and one report.
 """
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Sequence
@@ -317,7 +315,7 @@ class BoundsWork(OneBalance, AtLevels, Sampled, MeasuredOutput, Execution):
         ends = [2.0 * np.pi * f for f in sorted({low, 0.5 * (low + high), high})]
         return explored_space(self.balance, ends, level, self.rule, self.share)
 
-    def gathered(self, results: Sequence[Arrays]) -> xr.Dataset:
+    def gathered(self, results: Sequence[Arrays]) -> "xr.Dataset":
         """All cases as one labelled dataset."""
         data, measured = {}, {"units": self.measured.reported_units(levels_are_newtons(self.problem))}
         for name, (dims, units, words) in VARIABLES.items():
@@ -362,7 +360,7 @@ class ResponseBounds(Result):
     For the peak there is one entry along frequency, and `resonance` says where the peak is.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
 
@@ -388,7 +386,7 @@ PREFIX = "bounds_"
 _SHARED = {"case", "force_level"}
 
 
-def attached(response: xr.Dataset, bounds: xr.Dataset) -> xr.Dataset:
+def attached(response: "xr.Dataset", bounds: "xr.Dataset") -> "xr.Dataset":
     """The response with the bounds of the same force levels; names and dimensions of the bounds begin with bounds_."""
     names = {str(name) for name in (*bounds.variables, *bounds.dims)} - _SHARED
     renamed = bounds.rename({name: PREFIX + name for name in names}).drop_vars("force_level")
@@ -396,12 +394,12 @@ def attached(response: xr.Dataset, bounds: xr.Dataset) -> xr.Dataset:
     return response.assign(renamed.variables).assign_attrs(attrs)
 
 
-def has_bounds(dataset: xr.Dataset) -> bool:
+def has_bounds(dataset: "xr.Dataset") -> bool:
     """Whether bounds are attached."""
     return PREFIX + "amplitude" in dataset.variables
 
 
-def detached(dataset: xr.Dataset) -> xr.Dataset:
+def detached(dataset: "xr.Dataset") -> "xr.Dataset":
     """The bounds of a dataset, as `response_bounds` gives them."""
     names = [name for name in dataset.variables if str(name).startswith(PREFIX)]
     bounds = dataset[names]
