@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.mistuning.disk import Scatter
-from stickslip.analyses.mistuning.population import mistuned_population
+from stickslip.analyses.mistuning.work import mistuned_population
 from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem

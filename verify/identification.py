@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle
 from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag
 from stickslip.laboratory.identification.contact_law.work import contact_law
-from stickslip.laboratory.identification.damper.model import LINE_LAWS
-from stickslip.laboratory.identification.damper.result import Identification
-from stickslip.laboratory.identification.damper.work import identify
+from stickslip.laboratory.identification.damper.fit import LINE_LAWS
+from stickslip.laboratory.identification.damper.work import Identification, identify
 from stickslip.laboratory.measurement.contact_record import ContactRecord
 from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record

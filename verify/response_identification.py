@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import stickslip as ss
-from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.identification.response.fit import FittedTest
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point, trace

@@ -99,7 +99,7 @@ from .analyses.performance.design import DamperDesign as DamperDesign, damper_de
 
 # Bladed disks
 from .analyses.mistuning.disk import Mistuning as Mistuning, Scatter as Scatter, mistuned_disk as mistuned_disk
-from .analyses.mistuning.population import (
+from .analyses.mistuning.work import (
     MistunedPopulation as MistunedPopulation,
     mistuned_population as mistuned_population,
     mistuned_response as mistuned_response,
@@ -124,9 +124,9 @@ from .analyses.damper_alone.cycle import damper_evolution as damper_evolution, s
 # Measurements and identification
 from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors
 from .laboratory.identification.contact_law.fit import ContactLoop as ContactLoop
-from .laboratory.identification.contact_law.result import ContactLaw as ContactLaw
+from .laboratory.identification.contact_law.work import ContactLaw as ContactLaw
 from .laboratory.identification.contact_law.work import contact_law as contact_law
-from .laboratory.identification.damper.result import Identification as Identification
+from .laboratory.identification.damper.work import Identification as Identification
 from .laboratory.identification.damper.work import identify as identify
 from .laboratory.identification.response.prediction_result import ResponsePrediction as ResponsePrediction
 from .laboratory.identification.response.decay_prediction import predict_decay as predict_decay
@@ -158,7 +158,7 @@ from .support.outcome import Outcome as Outcome
 from .results.files import open_results as open_results
 from .results.files import save_mat as save_mat
 from .results.quantities import as_quantity as as_quantity, peak_table as peak_table, quantity_table as quantity_table
-from .runs.work import CheckpointFolder as CheckpointFolder
+from .runs.cases import CheckpointFolder as CheckpointFolder
 from .runs.dask_cluster import DaskCluster as DaskCluster
 from .study.reading import read_problem as read_problem
 

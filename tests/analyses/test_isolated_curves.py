@@ -19,7 +19,7 @@ from stickslip.analyses.isolated import Isolated, LevelCurves
 from stickslip.cli import app
 from stickslip.results.schema import attributes_of
 from stickslip.results.view import highest_peak, level_text
-from stickslip.show.report.conclusions import further_curves_sentence
+from stickslip.show.report.answer import further_curves_sentence
 from stickslip.show.report.markup import Charts, hertz
 from stickslip.show.report.responses import sentences
 from stickslip.show.report.sections import overview

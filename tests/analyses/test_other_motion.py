@@ -8,7 +8,7 @@ import pytest
 
 import stickslip as ss
 from robustness.problems import random_case
-from stickslip.show.report.conclusions import warnings_of
+from stickslip.show.report.answer import warnings_of
 
 CASES = [("varying load", 20), ("lift-off", 64), ("varying load", 66)]
 """Two that lean to lower frequencies, and one to higher ones."""

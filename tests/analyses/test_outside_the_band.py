@@ -22,10 +22,9 @@ from stickslip.laboratory.identification.response.prediction import ResponsePred
 from stickslip.laboratory.measurement.measured_response import curve_peak
 from stickslip.results.quantities import outside_table
 from stickslip.results.view import converged_points, higher_end, highest_maximum, highest_peak, in_band
-from stickslip.show.explorer.figures import curve_figure
-from stickslip.show.explorer.solving import Answer
+from stickslip.show.explorer.solving import Answer, curve_figure
 from stickslip.show.plots.response_curves import response_curves
-from stickslip.show.report.conclusions import OUTSIDE
+from stickslip.show.report.answer import OUTSIDE
 from stickslip.show.report.markup import Charts
 from stickslip.show.report.sections import peaks
 from stickslip.show.report.stress import largest_stresses

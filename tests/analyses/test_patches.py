@@ -59,7 +59,7 @@ def all_nodes(beam):
 def test_the_error_of_patches_is_that_of_their_peaks_against_all_nodes(beam, all_nodes, few_coordinates, monkeypatch):
     """Both traced, while the pad slips and lifts. On few coordinates, all modes count too."""
     if few_coordinates:
-        monkeypatch.setattr("stickslip.model.problem.truncation.MANY_ROWS", 60)
+        monkeypatch.setattr("stickslip.model.problem.systems.MANY_ROWS", 60)
     data = ss.forced_response(on_the_ground(beam, 1), BAND, [100.0], harmonics=1, samples=64).dataset
     assert ("coordinates" in data.attrs) == few_coordinates
     assert data.sizes["contact"] == 1

@@ -86,7 +86,7 @@ def test_first_curves_with_the_harmonics_of_the_loads_lead_to_the_shapes_of_all(
     """Around the resonance, and where there is no peak."""
     problem = meshed_problem(*parts(), modes_to=MODES_TO)
     few = ss.forced_response(problem, band, LEVELS[2:], harmonics=3, samples=128)
-    monkeypatch.setattr("stickslip.analyses.forced_response.with_loaded_harmonics", lambda balance: balance)
+    monkeypatch.setattr("stickslip.analyses.peak_shapes.with_loaded_harmonics", lambda balance: balance)
     whole = ss.forced_response(problem, band, LEVELS[2:], harmonics=3, samples=128)
     most = [response.dataset.amplitude.max("point").values for response in (few, whole)]
     assert most[0] == pytest.approx(most[1], rel=2e-5)

@@ -10,8 +10,7 @@ import pytest
 import stickslip as ss
 from robustness.problems import random_case
 from robustness.run import HARMONICS, SAMPLES
-from stickslip.show.report.answer import peaks_at_a_glance
-from stickslip.show.report.conclusions import warnings_of
+from stickslip.show.report.answer import peaks_at_a_glance, warnings_of
 from stickslip.solve.stability.multipliers import Stability
 
 

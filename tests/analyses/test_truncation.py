@@ -11,7 +11,7 @@ from stickslip.analyses import truncation
 from stickslip.analyses.harmonic_choice import broken_warning
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.truncation import ALLOWED, truncation_warning
-from stickslip.show.report.conclusions import warnings_of
+from stickslip.show.report.answer import warnings_of
 from stickslip.show.report.responses import sentences
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE

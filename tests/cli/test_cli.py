@@ -15,7 +15,7 @@ import stickslip
 from stickslip.cli import app, studies
 from stickslip.cli.app import claimed
 from stickslip.results.files import open_results
-from stickslip.runs.work import CheckpointFolder
+from stickslip.runs.cases import CheckpointFolder
 from stickslip.show.report import markup
 from stickslip.support import console
 from stickslip.support.files import LIST

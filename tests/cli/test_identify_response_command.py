@@ -320,7 +320,7 @@ def test_what_is_refused_leaves_nothing_behind(curves, tmp_path, problem, option
 # Ctrl-C at a moment that no processor's speed decides: as the first finished case is about to be kept, or once it is.
 INTERRUPTED_AT_THE_FIRST_CASE = """
 import os, runpy, signal, sys
-from stickslip.runs.work import CheckpointFolder
+from stickslip.runs.cases import CheckpointFolder
 
 moment = sys.argv.pop(1)
 save = CheckpointFolder.save

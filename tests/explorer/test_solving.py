@@ -7,9 +7,8 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.show.explorer.figures import detail_figures
 from stickslip.show.explorer.page import python_of
-from stickslip.show.explorer.solving import OutdatedError, Solver
+from stickslip.show.explorer.solving import OutdatedError, Solver, detail_figures
 from stickslip.study.reading import job
 from stickslip.study.templates import KINDS, write_new
 from stickslip.support.checks import InputError

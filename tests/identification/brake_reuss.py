@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import stickslip as ss
-from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.identification.response.fit import FittedTest
 
 PLACES = [
     parent / "shared" / "data" / "measured" / "brake_reuss_response_controlled.csv" for parent in Path(__file__).resolve().parents

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.laboratory.identification.contact_law.result import sentences
+from stickslip.laboratory.identification.contact_law.work import sentences
 from stickslip.show.report.identification import law_tables as tables
 from stickslip.support.checks import InputError
 from verify.identification import loop_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.identification.response.fit import FittedTest
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.starts.states import start_space

@@ -9,9 +9,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from stickslip.cli import main
-from stickslip.laboratory.identification.damper.fit import MeasuringChain, Refits, likely_gaps
-from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD
-from stickslip.laboratory.identification.damper.model import over_load as of_power
+from stickslip.laboratory.identification.damper.fit import LINE_LAWS, TENFOLD, MeasuringChain, Refits, likely_gaps
+from stickslip.laboratory.identification.damper.fit import over_load as of_power
 from stickslip.laboratory.identification.damper.work import (
     IdentificationWork,
     friction_over_load,

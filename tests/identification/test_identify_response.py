@@ -9,14 +9,13 @@ import xarray as xr
 from scipy import stats
 
 import stickslip as ss
-from stickslip.laboratory.identification.response.fit import ResponseFit, enough
+from stickslip.laboratory.identification.response.fit import ComputedResponse, FittedTest, ResponseFit, enough
 from stickslip.laboratory.identification.response.intervals import (
     above_noise,
     error_between_tests,
     independent_one_in,
     statistics,
 )
-from stickslip.laboratory.identification.response.model import ComputedResponse, FittedTest
 from stickslip.laboratory.identification.response.result import _about_misfit, summary
 from stickslip.laboratory.measurement.measured_response import flat_top
 from stickslip.laboratory.measurement.number_table import FileUnit

@@ -13,8 +13,7 @@ from stickslip.laboratory.identification.contact_law.fit import (
     errors_of_scatter,
     first_guess,
 )
-from stickslip.laboratory.identification.contact_law.result import LawFit, share_in_slip
-from stickslip.laboratory.identification.contact_law.work import contact_law
+from stickslip.laboratory.identification.contact_law.work import LawFit, contact_law, share_in_slip
 from stickslip.laboratory.identification.least_squares import Solution
 from stickslip.support.checks import InputError
 from verify.identification import loop_of

@@ -8,7 +8,7 @@ from scipy import linalg
 
 import stickslip as ss
 from stickslip.model.problem.speed import SpeedDependence
-from stickslip.model.problem.truncation import truncated
+from stickslip.model.problem.systems import truncated
 from stickslip.model.structure.assembly import assemble
 from stickslip.model.structure.centrifugal import RotationAxis, coriolis, cross
 from stickslip.model.structure.modes import Modes, gyroscopic_modes, natural_modes

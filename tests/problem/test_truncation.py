@@ -15,7 +15,7 @@ from stickslip.analyses.truncation import ALL_MODES, ALLOWED, finer_balance
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
-from stickslip.model.problem.truncation import LEAST_SHARE, on_few_coordinates
+from stickslip.model.problem.systems import LEAST_SHARE, on_few_coordinates
 from stickslip.model.structure.matrices import Dashpot, ModalDamping, Structure
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.linear_response import WithoutContacts, linear_amplitudes
@@ -160,8 +160,8 @@ def test_the_peak_on_few_coordinates_is_close_and_its_error_is_known(balances, c
 
 @pytest.mark.slow
 def test_the_response_reports_the_error_of_its_coordinates(whole, curves, balances, monkeypatch):
-    monkeypatch.setattr("stickslip.model.problem.truncation.MANY_ROWS", 50)
-    monkeypatch.setattr("stickslip.model.problem.truncation.REACH", 1.0 / (3.0 * HERTZ[1]))
+    monkeypatch.setattr("stickslip.model.problem.systems.MANY_ROWS", 50)
+    monkeypatch.setattr("stickslip.model.problem.systems.REACH", 1.0 / (3.0 * HERTZ[1]))
     response = ss.forced_response(whole, ss.hertz(*HERTZ), FORCE, harmonics=3, samples=128)
     data = response.dataset
     assert data.attrs["coordinates"] == response.problem.structure.size < whole.structure.size
@@ -241,7 +241,7 @@ def test_dashpots_and_rayleigh_damping_are_projected(whole):
 
 def test_damping_that_couples_modes_with_the_shapes_beyond_stays_whole(monkeypatch):
     """βK alone, and a damper in C: without a part of it, C would feed energy in."""
-    monkeypatch.setattr("stickslip.model.problem.truncation.MANY_ROWS", 50)
+    monkeypatch.setattr("stickslip.model.problem.systems.MANY_ROWS", 50)
     across = np.random.default_rng(2).standard_normal(6 * NODES)
     plain = two_rows()
     damper = plain.structure.K * 1e-3 + 0.02 * np.outer(across, across) / (across @ across)
@@ -253,10 +253,10 @@ def test_damping_that_couples_modes_with_the_shapes_beyond_stays_whole(monkeypat
         assert np.linalg.eigvalsh(few.structure.C)[0] > -1e-12 * np.abs(few.structure.C).max()
         amplitudes = []
         for many in (50, 10**9):
-            monkeypatch.setattr("stickslip.model.problem.truncation.MANY_ROWS", many)
+            monkeypatch.setattr("stickslip.model.problem.systems.MANY_ROWS", many)
             data = ss.forced_response(problem, [0.2], 20.0, harmonics=1, samples=64).dataset
             amplitudes.append(float(data.amplitude[0, 0, 0]))
-            monkeypatch.setattr("stickslip.model.problem.truncation.MANY_ROWS", 50)
+            monkeypatch.setattr("stickslip.model.problem.systems.MANY_ROWS", 50)
         assert amplitudes[0] == pytest.approx(amplitudes[1], rel=5e-3)
 
 

@@ -10,7 +10,7 @@ from structure.calculix_elements import CALCULIX
 from structure.cantilever import LENGTH, THICKNESS, cantilever, static_stress
 
 import stickslip as ss
-from stickslip.analyses.mistuning.population import blade_margins, population_dataset, smallest_blade_margin
+from stickslip.analyses.mistuning.work import blade_margins, population_dataset, smallest_blade_margin
 from stickslip.analyses.stress import margins, own_recovery, smallest_margin
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem.at_rest import normal_loads_at_rest

@@ -7,8 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.truncation import ALL_NODES
-from stickslip.show.report.answer import comparison, peaks_at_a_glance
-from stickslip.show.report.conclusions import warnings_of
+from stickslip.show.report.answer import comparison, peaks_at_a_glance, warnings_of
 from stickslip.show.report.markup import Charts
 from stickslip.show.report.responses import level_line
 from stickslip.show.report.sections import energies, overview

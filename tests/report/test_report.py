@@ -13,7 +13,7 @@ from report.synthetic import KINDS, poor, synthetic
 
 from stickslip.results.view import highest_peak, level_text
 from stickslip.show.report import write
-from stickslip.show.report.conclusions import failures_of
+from stickslip.show.report.answer import failures_of
 from stickslip.show.report.markup import packed
 from stickslip.show.report.page import page
 from stickslip.show.report.responses import message_sentences

@@ -14,8 +14,7 @@ import stickslip as ss
 from stickslip import analyses, laboratory
 from stickslip.results.quantities import NOT_JUDGED
 from stickslip.results.schema import Result
-from stickslip.show.report.answer import comparison, peaks_at_a_glance
-from stickslip.show.report.conclusions import failures_of, warnings_of
+from stickslip.show.report.answer import comparison, failures_of, peaks_at_a_glance, warnings_of
 from stickslip.show.report.markup import presentation_of
 from stickslip.show.report.nonlinear_modes import PRESENTATION
 from stickslip.show.report.page import _sentence, common_title

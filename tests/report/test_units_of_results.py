@@ -19,10 +19,10 @@ from typer.testing import CliRunner
 import stickslip as ss
 from stickslip.cli import app
 from stickslip.results.schema import attributes_of, in_system, shown_dataset, shown_sentence, shown_table, system_of
-from stickslip.runs.work import CheckpointFolder
+from stickslip.runs.cases import CheckpointFolder
 from stickslip.show.plots.chart import Axis, Bars, Chart, Line, Panel, Rule, shown_chart
 from stickslip.show.plots.look import Style
-from stickslip.show.report.conclusions import failures_of, warnings_of
+from stickslip.show.report.answer import failures_of, warnings_of
 from stickslip.show.report.markup import presentation_of
 from stickslip.show.report.page import page
 from stickslip.study.reading import job
@@ -293,8 +293,7 @@ def test_old_results_and_those_of_different_units_are_shown_in_si(results):
 
 def test_the_explorer_is_in_mm(tmp_path):
     pytest.importorskip("dash")
-    from stickslip.show.explorer.figures import clicked_point, curve_figure, peak_words
-    from stickslip.show.explorer.solving import Solver
+    from stickslip.show.explorer.solving import Solver, clicked_point, curve_figure, peak_words
 
     (tmp_path / "mm.toml").write_text(IN_MM.replace("force_levels = [2.0, 4.0]", "force_levels = [4.0]"))
     solver = Solver.of(tmp_path / "mm.toml")

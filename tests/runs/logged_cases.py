@@ -10,7 +10,7 @@ from threading import Timer
 
 import numpy as np
 
-from stickslip.runs.work import CaseStopped
+from stickslip.runs.cases import CaseStopped
 from stickslip.support.checks import Faults
 
 

@@ -14,8 +14,7 @@ from runs.logged_cases import Broken, KilledWhileItAnswers, KillsWhatStarts, Log
 
 import stickslip as ss
 from stickslip.runs import cases
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import ABOUT, CheckpointFolder, Stopped
+from stickslip.runs.cases import ABOUT, CheckpointFolder, Stopped, all_cases
 from stickslip.support.checks import Faults
 from stickslip.support.files import LIST
 

@@ -16,8 +16,7 @@ from stickslip.model import rigs
 from stickslip.model.problem.systems import soft_springs
 from stickslip.results.quantities import stability_sentences
 from stickslip.show.plots.response_curves import response_curves
-from stickslip.show.report.answer import peaks_at_a_glance
-from stickslip.show.report.conclusions import warnings_of
+from stickslip.show.report.answer import peaks_at_a_glance, warnings_of
 from stickslip.show.report.responses import sentences, tables
 from stickslip.solve.stability.multipliers import Stability
 

@@ -7,7 +7,7 @@ import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle, steady_cycles
 from stickslip.cli import main
-from stickslip.laboratory.identification.damper.model import LINE_LAWS
+from stickslip.laboratory.identification.damper.fit import LINE_LAWS
 from stickslip.model.dampers import Cylinder, in_phase, out_of_phase
 from stickslip.model.dampers.between_platforms import LAWS, BetweenPlatforms
 from stickslip.model.rigs import laboratory_damper

@@ -3,8 +3,6 @@
 Laboratories measure jointed structures so: a resonance hardly folds then, and each curve belongs to one state of the contacts.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -12,7 +10,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked_curves
+from stickslip.analyses.response_dataset import as_given, curve_arrays, labels_of, levels_are_newtons, stacked_curves
 from stickslip.analyses.settings import (
     Execution,
     OfProblem,
@@ -27,13 +25,11 @@ from stickslip.analyses.settings import (
     over_a_band,
     takes,
 )
-from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import SCHEMA, Result, described, named, stacked
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.fourier import attribute, checked_harmonics, highest
@@ -57,10 +53,10 @@ class ControlledResponse(SavedResult):
     displacement of the output are at 90°, the lowest force first.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
-    def resonances(self) -> pd.DataFrame:
+    def resonances(self) -> "pd.DataFrame":
         """Phase resonances: held amplitude, frequency [Hz], force level, loss factor, the lowest force of an amplitude first."""
         names = ["resonance_frequency", "resonance_force_level", "resonance_loss_factor"]
         table = self.dataset[names].to_dataframe().reset_index().dropna(subset=[names[0]])
@@ -73,7 +69,7 @@ class PhaseResonance(Result):
     """`dataset`, axis `amplitude` [of the quantity]: frequency [Hz], force_level, loss_factor and outcome where force and
     displacement are at 90°; NaN where no solution was found."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
 
@@ -190,19 +186,9 @@ class ControlledResponseWork(HeldMotion, Execution):
         names_found = ("force_level", "phase", *(f"resonance_{name}" for name in RESONANCE))
         data |= described("controlled_response", {name: together(name) for name in names_found}, level)
         held = f"held amplitude of the {self.quantity} of {names[self.output]}"
-        coords = {
-            "held_amplitude": named("case", list(self.amplitudes), held, self.held_quantity.units),
-            **described(
-                "controlled_response",
-                {
-                    "output": list(names),
-                    "contact": [contact.name for contact in self.problem.contacts],
-                    "direction": list(DIRECTION_NAMES),
-                    "harmonic": np.arange(highest(checked_harmonics(self.harmonics)) + 1),
-                    "part": ["re", "im"],
-                },
-            ),
-        }
+        along = {"harmonic": np.arange(highest(checked_harmonics(self.harmonics)) + 1), "part": ["re", "im"]}
+        coords = {"held_amplitude": named("case", list(self.amplitudes), held, self.held_quantity.units)}
+        coords |= described("controlled_response", labels_of(self.problem) | along)
         seconds = sum(float(curve["cpu_seconds"]) for curve in curves)
         return ControlledResponse(xr.Dataset(data, coords, _attributes(self) | {"cpu_seconds": seconds}), self.problem)
 
@@ -279,7 +265,7 @@ def _level_units(work: HeldMotion) -> str:
     return "N" if levels_are_newtons(work.problem) else "1"
 
 
-def _resonance_dataset(work: HeldMotion, amplitudes: Array, found: Sequence[Any]) -> xr.Dataset:
+def _resonance_dataset(work: HeldMotion, amplitudes: Array, found: Sequence[Any]) -> "xr.Dataset":
     good = np.array([each.converged for each in found])
     arrays = resonance_arrays(work.held(0), [each.evaluation for each in found if each.converged])
     values = {"outcome": np.where(good, int(Outcome.CONVERGED), int(Outcome.NOT_CONVERGED))}

@@ -8,32 +8,16 @@ from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property, lru_cache, partial
 from math import lcm
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analyses import truncation
+from stickslip.analyses import harmonic_choice, peak_shapes, solved_points, truncation
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
-from stickslip.analyses.harmonic_choice import (
-    broken_warning,
-    fold_warning,
-    samples_warning,
-    sampling_warning,
-    sufficient_harmonics,
-    without_ripples,
-)
 from stickslip.analyses.isolated import Isolated, other_motion_warning, searched, sought_unasked, take_from_modes, unsought
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
-from stickslip.analyses.peak_shapes import (
-    SETTLED,
-    Highest,
-    highest_of,
-    own_shapes_error,
-    with_loaded_harmonics,
-    with_shapes_of_peaks,
-)
 from stickslip.analyses.reached import reached, with_reached
 from stickslip.analyses.response_dataset import (
     absolute,
@@ -46,16 +30,6 @@ from stickslip.analyses.response_dataset import (
 )
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.settings import OR_AUTO, ForcedResponseSettings, OneBalance, takes
-from stickslip.analyses.solved_points import (
-    SolvedPoints,
-    deformed_shape,
-    on_its_coordinates,
-    peaks_of_another,
-    refuse_unexcited,
-    response_at,
-    with_shape_forces,
-    with_shapes,
-)
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
 from stickslip.analyses.static_load import Seated, history_change, opened, rest_of, seated_balance
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
@@ -63,16 +37,16 @@ from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
 from stickslip.model.problem.speed import over_periods
-from stickslip.model.problem.truncation import on_few_coordinates
+from stickslip.model.problem.systems import on_few_coordinates
 from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass
+from stickslip.model.structure.stress import FatigueLimit, StressRecovery
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
 from stickslip.results.schema import CurveKind, Result, described, kinds_in, with_kinds
 from stickslip.results.view import measure_in, nearest_point, periods_of, sizes
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, CaseStopped, Checkpoint, Progress, Report, Workers
+from stickslip.runs.cases import Arrays, CaseStopped, Checkpoint, Progress, Report, Workers, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import Harmonics, attribute, fourier, harmonics_for, highest, in_fractions, of_attribute
@@ -86,9 +60,6 @@ from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    from stickslip.model.structure.stress import FatigueLimit, StressRecovery
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -110,9 +81,9 @@ class ForcedResponse(Result):
         wanted = measure_of(quantity or own.name, measure or own.kind)
         if self.dataset.attrs.get("listed_frequencies"):
             raise InputError(f"The peaks of {wanted.words} need a response over a band, but this one is at listed frequencies.")
-        refuse_unexcited(self.problem, wanted)
+        solved_points.refuse_unexcited(self.problem, wanted)
         if wanted != own:
-            return peaks_of_another(self.dataset, self.problem, wanted)
+            return solved_points.peaks_of_another(self.dataset, self.problem, wanted)
         names = {"peak_frequency": "frequency", "peak_amplitude": own.kind, "peak_max_abs": "max_abs"}
         names = {key: name for key, name in names.items() if name != own.kind or key == "peak_amplitude"}
         names["peak_loss_factor"] = "loss_factor"
@@ -154,11 +125,11 @@ class ForcedResponse(Result):
         At frequencies of the band that a broken curve does not reach, values are NaN and the outcome is that of the curve.
         A response at listed frequencies has no points between them to show folds: give a band.
         """
-        return response_at(self.dataset, self.problem, frequencies, tolerance)
+        return solved_points.response_at(self.dataset, self.problem, frequencies, tolerance)
 
     def cycle(self, case: int, point: int) -> ContactCycle:
         """Motion, force and state of every contact row over the period of one point."""
-        points = SolvedPoints(self.dataset, self.problem)
+        points = solved_points.SolvedPoints(self.dataset, self.problem)
         motion, omega = points.contact_motion(case, point), points.point(case, point).omega
         return contact_cycle(points.balance.table, points.balance.tables, motion, omega)
 
@@ -190,7 +161,7 @@ class ForcedResponse(Result):
         Raises `InputError` for a point that did not converge and for a problem without a mesh.
         """
         at = self.peak_point(case) if point is None else point
-        return FIGURES.known("SurfaceMotion")[""](deformed_shape(self.dataset, self.problem, case, at, harmonic))
+        return FIGURES.known("SurfaceMotion")[""](solved_points.deformed_shape(self.dataset, self.problem, case, at, harmonic))
 
     def verify_in_time(
         self,
@@ -264,12 +235,12 @@ class ForcedResponse(Result):
         (`read_structure(stress=...)`)
         unless a recovery is given (`stickslip.model.structure.stress`).
         """
-        problem = on_its_coordinates(self.problem, self.dataset)
+        problem = solved_points.on_its_coordinates(self.problem, self.dataset)
         return stress(self.dataset, problem, case, point, _recovery(problem, recovery))
 
     def with_stress(self, recovery: StressRecovery | None = None) -> ForcedResponse:
         """A copy whose dataset also holds the stress along its curves, for figures, report and tables; places as in `stress`."""
-        problem = on_its_coordinates(self.problem, self.dataset)
+        problem = solved_points.on_its_coordinates(self.problem, self.dataset)
         return replace(self, dataset=with_stress(self.dataset, problem, _recovery(problem, recovery)))
 
     def with_fatigue(
@@ -288,7 +259,7 @@ class ForcedResponse(Result):
     def with_motion(self) -> ForcedResponse:
         """A copy whose dataset also holds the motion of the dampers and of meshed bodies at its highest peaks, which the report
         then shows; studies do so. As it is where no damper has a section and no body a mesh."""
-        return replace(self, dataset=with_shapes(with_motion(self.dataset, self.problem), self.problem))
+        return replace(self, dataset=solved_points.with_shapes(with_motion(self.dataset, self.problem), self.problem))
 
     def with_stability(self, highest: float | None = None) -> ForcedResponse:
         """A copy whose dataset also says which of its points are stable, for figures, report and tables.
@@ -533,14 +504,14 @@ class ForcedResponseWork(OneBalance):
         refuse_hidden(problem, levels)
         if isinstance(asked, str):
             detached = _seeks(settings, problem) and not settings.listed and settings.periods == 1 and not unsought(problem)
-            chosen = sufficient_harmonics(problem, settings.frequencies, levels, settings.tolerance, Nt, detached)
+            chosen = harmonic_choice.sufficient_harmonics(problem, settings.frequencies, levels, settings.tolerance, Nt, detached)
             asked, Nt, choice = chosen.harmonics, chosen.samples, chosen.sentence
         H = harmonics_for(problem, asked, OR_AUTO)
         fourier(highest(H), Nt)
         over_periods(problem, settings.periods)
         highest(in_fractions(H, settings.periods))
         if not settings.listed:
-            refuse_unexcited(problem, settings.measured)
+            solved_points.refuse_unexcited(problem, settings.measured)
         return cls(
             settings,
             problem=problem,
@@ -566,15 +537,15 @@ class ForcedResponseWork(OneBalance):
             progress((case + share) / len(self.words), f"first solution: {self.words[case]}")
 
         with one_blas_thread():
-            rough = with_loaded_harmonics(self.balance)
-            tolerance = max(SETTLED, self.settings.peak_tolerance)
+            rough = peak_shapes.with_loaded_harmonics(self.balance)
+            tolerance = max(peak_shapes.SETTLED, self.settings.peak_tolerance)
             for case in range(len(self.levels)):
                 report(case, 0.0)
                 curve = self._curve(rough, case, partial(report, case), tolerance)
                 # Without a peak the band may hold one of a higher harmonic.
                 curves.append(curve if any(curve.peaks) else self._curve(self.balance, case, partial(report, case), tolerance))
-            highest = [each for curve in curves for each in highest_of(rough, curve, measure)]
-            return replace(self, problem=with_shapes_of_peaks(rough, self._balance_of, highest, measure, progress))
+            highest = [each for curve in curves for each in peak_shapes.highest_of(rough, curve, measure)]
+            return replace(self, problem=peak_shapes.with_shapes_of_peaks(rough, self._balance_of, highest, measure, progress))
 
     def _balance_of(self, problem: Problem) -> HarmonicBalance:
         """The balance on other coordinates of the mesh."""
@@ -597,7 +568,7 @@ class ForcedResponseWork(OneBalance):
                 break
             response, worst, highest = work.gathered(curves), 0.0, []
             dataset = response.dataset
-            points, every = SolvedPoints(dataset, work.problem), np.arange(dataset.sizes["point"])
+            points, every = solved_points.SolvedPoints(dataset, work.problem), np.arange(dataset.sizes["point"])
             for case, output in np.ndindex(dataset.sizes["case"], dataset.sizes["output"]):
                 size = np.nan_to_num(sizes(dataset, case, output, self.measure, every))
                 if size.any():
@@ -605,13 +576,13 @@ class ForcedResponseWork(OneBalance):
                     found, of_peaks = points.evaluation(case, k), dataset["peak_frequency"].values[case, :, output]
                     X = found.w[points.balance.rows + output][points.balance.first]
                     peak = X if np.isfinite(of_peaks).any() and response.peak_point(case, output) == k else None
-                    highest.append(Highest(output, found.point, peak, float(size[k])))
+                    highest.append(peak_shapes.Highest(output, found.point, peak, float(size[k])))
                     of_sweep = errors[case][output] if case < len(curves) else 0.0
                     worst = max(worst, 1.0 if np.isnan(of_sweep) else float(of_sweep))  # too far away to be solved
             if not truncation.ALLOWED < worst < 0.5 * before:
                 break
-            share = NEGLIGIBLE * (SETTLED / worst) ** 2
-            problem = with_shapes_of_peaks(points.balance, work._balance_of, highest, measure, progress, share)
+            share = NEGLIGIBLE * (peak_shapes.SETTLED / worst) ** 2
+            problem = peak_shapes.with_shapes_of_peaks(points.balance, work._balance_of, highest, measure, progress, share)
             if problem.structure.size == work.problem.structure.size:
                 break
             work, before = replace(work, problem=problem), worst
@@ -703,7 +674,7 @@ class ForcedResponseWork(OneBalance):
 
     def _dense(self, curve: Curve) -> Curve:
         """A curve dense enough to draw; at listed frequencies as it is."""
-        return curve if self.settings.listed else without_ripples(self.balance, refined(self.balance, curve))
+        return curve if self.settings.listed else harmonic_choice.without_ripples(self.balance, refined(self.balance, curve))
 
     def so_far(self, results: Mapping[int, Arrays]) -> xr.Dataset:
         """The response of some force levels; the others are curves without points."""
@@ -780,7 +751,7 @@ class ForcedResponseWork(OneBalance):
             springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
             held_mean = truncation.held_mean_warning(self.balance, springs, curve, measure)
         elif self.problem.mesh is not None:
-            change = own_shapes_error(self.balance, curve, measure)
+            change = peak_shapes.own_shapes_error(self.balance, curve, measure)
             finer, by_finer = {truncation.OWN_FORCES.variable: change}, truncation.OWN_FORCES.warning(names, change)
             springs = len(self.problem.mean_springs) - len(self.settings.problem.mean_springs)
             held_mean = truncation.held_mean_warning(self.balance, springs, curve, measure)
@@ -798,10 +769,10 @@ class ForcedResponseWork(OneBalance):
             by_history,
             held_mean,
             large_motion_warning(self.problem, self.measure, np.delete(arrays["max_abs"], curve.places_outside, axis=0)),
-            sampling_warning(self.balance, curve)
-            or ("" if self.settings.listed else fold_warning(self.balance, curve))
-            or samples_warning(self.samples, names, errors["sampling_error"])
-            or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
+            harmonic_choice.sampling_warning(self.balance, curve)
+            or ("" if self.settings.listed else harmonic_choice.fold_warning(self.balance, curve))
+            or harmonic_choice.samples_warning(self.samples, names, errors["sampling_error"])
+            or harmonic_choice.broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
         errors["point_truncation_error"] = np.full(arrays["amplitude"].shape, np.nan)
@@ -845,7 +816,7 @@ class ForcedResponseWork(OneBalance):
                 kept[each.variable] = each.attributes
         if self.problem.modes_to is not None:
             dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.systems.coordinates}
-            dataset = with_shape_forces(dataset, self.problem)
+            dataset = solved_points.with_shape_forces(dataset, self.problem)
             whole = self.finer if self.problem.mesh is None else self.settings.problem
             if whole is not None:
                 dataset.attrs["coordinates_chosen"] = truncation.coordinates_note(self.problem, whole)

@@ -11,15 +11,13 @@ import numpy as np
 
 from stickslip.analyses.controlled_response import PhaseResonance
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
-from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.response_dataset import ContactRows, labels_of
 from stickslip.analyses.settings import OfProblem, Setting, Settings, Whole, takes
 from stickslip.analyses.time_response import time_response
-from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import named, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import quantity_named
 from stickslip.solve.continuation.continuation import first_point
@@ -293,11 +291,6 @@ def _dataset(work: FreeDecayWork, arrays: Arrays) -> xr.Dataset:
         "viscous_work": arrays["viscous_work"],
         **dict(zip(("turning_time", "turning_point", "amplitude", "frequency", "damping_ratio"), table, strict=True)),
     }
-    coords = {
-        "time": times,
-        "output": list(problem.output_names),
-        "contact": [contact.name for contact in problem.contacts],
-        "direction": list(DIRECTION_NAMES),
-    }
+    coords = {"time": times} | labels_of(problem)
     attrs = {"title": problem.heading, "method": repr(work.method), "steps": work.steps}
     return tabulated("free_decay", variables, coords, attrs)

@@ -3,8 +3,6 @@
 Stiffness of a line contact against load, by several formulas; a source of `kn` without measurements.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,7 +113,7 @@ def _normal_motion(contact: Contact, load: ArrayLike | None, motion: ArrayLike |
 class ContactStiffness(Result):
     """`dataset`: normal_stiffness (formula, load), tangential_across, tangential_along (load) [N/m], half_width (load) [m]."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     contact: LineContact
 
 

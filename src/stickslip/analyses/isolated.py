@@ -23,8 +23,6 @@ then decides which of the two a sweep follows. Newton's method from other starts
 than the curve itself; a curve from beyond an end does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -86,7 +84,7 @@ class ModeMotions:
     amplitude: Array
 
     @classmethod
-    def of(cls, balance: HarmonicBalance, modes: xr.Dataset, case: int) -> ModeMotions:
+    def of(cls, balance: HarmonicBalance, modes: "xr.Dataset", case: int) -> "ModeMotions":
         """A case of the dataset of modes; the balance knows the problem."""
         rows = ContactRows(balance.problem)
         good = np.flatnonzero(np.isfinite(modes["frequency"].values[case]))
@@ -157,7 +155,7 @@ def _kind_of(curve: SolvedCurve, found: Followed) -> str:
     return f"{IN_THIS_BAND}, though it may in a wider one"
 
 
-def take_from_modes(isolated: Isolated, modes: Sequence[xr.Dataset]) -> int:
+def take_from_modes(isolated: Isolated, modes: "Sequence[xr.Dataset]") -> int:
     """Take what Newton's method makes of the motions of nonlinear modes of the problem; how many starts there were."""
     tried = 0
     for dataset in modes:
@@ -168,7 +166,7 @@ def take_from_modes(isolated: Isolated, modes: Sequence[xr.Dataset]) -> int:
     return tried
 
 
-def _mode_starts(curve: SolvedCurve, mode: ModeMotions) -> Iterator[Start]:
+def _mode_starts(curve: SolvedCurve, mode: "ModeMotions") -> Iterator[Start]:
     """Resonance peaks of a force level on a mode; for motions over several periods all amplitudes, in several phases."""
     balance, level = curve.balance, curve.level
     if balance.periods == 1:

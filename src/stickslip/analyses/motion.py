@@ -8,8 +8,6 @@ Periods of motion kept in a dataset, so that a report shows them without the pro
 The period of motion of one point of a forced response, for its animation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -261,7 +259,7 @@ def largest_loops(motion: PeriodOfMotion, count: int) -> list[int]:
     return sorted(chosen)
 
 
-def response_motion(dataset: xr.Dataset, problem: Problem, case: int, point: int) -> PeriodOfMotion:
+def response_motion(dataset: "xr.Dataset", problem: Problem, case: int, point: int) -> PeriodOfMotion:
     """Sections, loops and, of a disk, its blades over the period of a solved point."""
     problem = on_its_coordinates(problem, dataset)
     points = SolvedPoints(dataset, problem)
@@ -306,12 +304,12 @@ MOST_LOOPS = 16
 """Loops that are kept of a peak: those that enclose most."""
 
 
-def has_motion(dataset: xr.Dataset) -> bool:
+def has_motion(dataset: "xr.Dataset") -> bool:
     """Whether a response keeps the motion of its sections."""
     return "section_motion" in dataset
 
 
-def with_motion(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+def with_motion(dataset: "xr.Dataset", problem: Problem) -> "xr.Dataset":
     """A response with the motion of the sections of its dampers at the highest peaks; as it is where there are no sections.
 
     Gains section_corner, face_end, touch_place at rest [m], their motion over the frames of the period, states and forces of
@@ -377,12 +375,12 @@ def _loops(labels: list[str], found: list[PeriodOfMotion | None]) -> dict[str, A
     return {f"motion_loop_{field}": each(field) for field in ("displacement", "force", "state")}
 
 
-def kept_cases(dataset: xr.Dataset) -> list[int]:
+def kept_cases(dataset: "xr.Dataset") -> list[int]:
     """The cases whose motion is kept."""
     return [int(case) for case in np.flatnonzero(dataset["section_motion_point"].values >= 0)]
 
 
-def kept_motion(dataset: xr.Dataset, case: int) -> PeriodOfMotion:
+def kept_motion(dataset: "xr.Dataset", case: int) -> PeriodOfMotion:
     """The motion of a case, with the loops of its highest peak."""
     here = dataset.isel(case=case)
     bodies = []

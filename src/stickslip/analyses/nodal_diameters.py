@@ -3,8 +3,6 @@
 Damping of every travelling wave of a bladed disk with gas forces that go with its motion, by nodal diameter.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,10 +24,10 @@ class DampingByNodalDiameter(Result):
     """`dataset` over nodal_diameter, −(N−1)//2 to N//2, negative for waves that run against the numbering of the sectors:
     damping_ratio, aerodynamic_damping, frequency [Hz], frequency_shift, and stiffness (gas_force, nodal_diameter, part) [N/m]."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: TunedDisk
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> "pd.DataFrame":
         """The numbers by nodal diameter, least damped first."""
         found = self.dataset[list(OF_WAVES)].to_dataframe().reset_index()
         return found.sort_values("damping_ratio", ignore_index=True)
@@ -98,7 +96,7 @@ OF_DISK = "interference_diagram"
 class NodalDiameters(Result):
     """`dataset`: disk_frequency (disk_state, nodal_diameter, disk_mode) [Hz], without contacts and with all of them stuck."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: TunedDisk
 
 
@@ -108,7 +106,7 @@ def nodal_diameters(disk: TunedDisk, modes: int = MODES) -> NodalDiameters:
     return NodalDiameters(_held(disk, modes), disk)
 
 
-def _held(disk: TunedDisk, modes: int) -> xr.Dataset:
+def _held(disk: TunedDisk, modes: int) -> "xr.Dataset":
     """Those of the nodal diameters that the disk holds; NaN at the others."""
     frequencies = np.full((2, disk.sectors // 2 + 1, between("modes", modes, 1)), np.nan)
     for state in range(2):
@@ -122,7 +120,7 @@ def _held(disk: TunedDisk, modes: int) -> xr.Dataset:
     return tabulated(OF_DISK, {"disk_frequency": frequencies}, coords, attrs)
 
 
-def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+def with_disk(dataset: "xr.Dataset", problem: Problem) -> "xr.Dataset":
     """A forced response with what the figures of its disk need; of any other problem as it is.
 
     disk_frequency, NaN at nodal diameters that a reduced sector does not hold; where the rig has a surface, disk_points (node,
@@ -168,6 +166,6 @@ def _static_normal_load(disk: TunedDisk) -> dict[str, float]:
     return {"static_normal_load": float(0.5 * pulls[0].static * len(normals) / along)} if along > 0.0 else {}
 
 
-def has_disk(dataset: xr.Dataset) -> bool:
+def has_disk(dataset: "xr.Dataset") -> bool:
     """Whether a result is that of a disk."""
     return "sectors" in dataset.attrs

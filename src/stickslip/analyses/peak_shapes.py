@@ -15,7 +15,7 @@ from stickslip.analyses.truncation import errors_by, highest_points, solved_agai
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import finer, with_forces
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
-from stickslip.runs.work import Progress
+from stickslip.runs.cases import Progress
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.truncation import pad

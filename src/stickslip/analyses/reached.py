@@ -4,8 +4,6 @@ A slow sweep follows its curve while the frequency goes on in one direction. At 
 from the motion at the fold, at a frequency one point further, ends on another one, from which the sweep goes on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -62,7 +60,7 @@ class MotionsOfLevel:
 
     unknown: by question ("from_rest", "sweep_up", "sweep_down"), why what follows is not known."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
     cases: list[int]
     steps_per_period: int
@@ -184,13 +182,13 @@ class MotionsOfLevel:
 
 
 def reached(
-    dataset: xr.Dataset,
+    dataset: "xr.Dataset",
     problem: Problem,
     output: int,
     steps_per_period: int,
     periods: int,
     progress: Callable[[float, str], None] | None,
-) -> pd.DataFrame:
+) -> "pd.DataFrame":
     """As `ForcedResponse.reached`."""
     if is_listed(dataset):
         raise InputError("`reached` needs a response over a band, but this one is at listed frequencies.")
@@ -236,7 +234,7 @@ def reached(
     return pd.DataFrame(rows)
 
 
-def with_reached(dataset: xr.Dataset, table: pd.DataFrame, output: int) -> xr.Dataset:
+def with_reached(dataset: "xr.Dataset", table: "pd.DataFrame", output: int) -> "xr.Dataset":
     """A dataset with the table of `reached` for an output."""
     flag = {None: Reached.NOT_KNOWN, True: Reached.REACHED, False: Reached.NOT_REACHED}
     questions = ["from_rest", *SWEEPS]

@@ -9,8 +9,6 @@ Arrays of the curves of a result, from which one with more curves is made.
 Conversion of motions relative to a moving base into absolute ones: X + r X_b, X_b = −A/(hω)² for a base acceleration A.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -22,7 +20,7 @@ from stickslip.model.loads import BaseMotion, excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.results.schema import SCHEMA, Variable, labelled, named, stacked
 from stickslip.results.view import periods_of
-from stickslip.runs.work import Arrays
+from stickslip.runs.cases import Arrays
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, EnergyBalance, contact_cycle
 from stickslip.solve.balance.fourier import complex_harmonics, largest_absolute
@@ -85,19 +83,14 @@ def response_dataset(
     attrs: Mapping[str, Any],
     measure: Measure = DISPLACEMENT_AMPLITUDE,
     plain: HarmonicBalance | None = None,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """The labelled dataset of the arrays of several curves; ends: of the band in Hz, for the linear curves; measure: what the
     peaks are of; plain: the balance over one period of the excitation, if that of the curves is over several.
     """
     problem = balance.problem
     per_curve = [variable for variable in SCHEMA if variable.name in curves[0]]
     arrays = {variable.name: stacked_curves(variable, [curve[variable.name] for curve in curves]) for variable in per_curve}
-    coords: dict[str, Any] = {
-        "force_level": list(levels),
-        "output": list(problem.output_names),
-        "contact": [contact.name for contact in problem.contacts],
-        "direction": list(DIRECTION_NAMES),
-    }
+    coords: dict[str, Any] = {"force_level": list(levels), **labels_of(problem)}
     if balance.periods > 1:
         coords["harmonic"] = np.arange(balance.highest + 1) / balance.periods
         attrs = {**attrs, "periods": balance.periods}
@@ -119,6 +112,12 @@ def response_dataset(
     if any(areas):
         dataset["contact_area"] = named("contact", areas, "area that the contact stands for, 0: not known", "m2")
     return dataset
+
+
+def labels_of(problem: Problem) -> dict[str, list[str]]:
+    """The coordinates of datasets that a problem gives: its outputs and contacts, and the directions of contacts."""
+    contacts = [contact.name for contact in problem.contacts]
+    return {"output": list(problem.output_names), "contact": contacts, "direction": list(DIRECTION_NAMES)}
 
 
 def levels_are_newtons(problem: Problem) -> bool:
@@ -290,7 +289,7 @@ KEPT = (
 """What a curve has beside the variables of the schema."""
 
 
-def arrays_of(dataset: xr.Dataset, case: int, longer: int = 1) -> dict[str, NDArray[Any]]:
+def arrays_of(dataset: "xr.Dataset", case: int, longer: int = 1) -> dict[str, NDArray[Any]]:
     """What `curve_arrays` gives of a curve, from its dataset; longer: by how many times the expansion is."""
     found: dict[str, NDArray[Any]] = {}
     for variable in SCHEMA:
@@ -335,7 +334,7 @@ def _longer(values: NDArray[Any], dims: tuple[str, ...], longer: int) -> NDArray
     return np.tile(values, [longer if dim == "sample" else 1 for dim in dims]) if "sample" in dims else np.asarray(values)
 
 
-def absolute(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+def absolute(dataset: "xr.Dataset", problem: Problem) -> "xr.Dataset":
     """`response` and `amplitude` of a result as absolute motions, m: those of the result, which are relative, and the base."""
     found = dataset[["frequency", "outcome", "response", "amplitude"]].copy(deep=True)
     omega, level = 2.0 * np.pi * dataset["frequency"].values, dataset["force_level"].values[:, None]

@@ -1,7 +1,5 @@
 """Derivatives of the response with respect to any parameter of a problem: stiffness, friction, mass, geometry."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -109,7 +107,7 @@ def sensitivity(
 
 
 def point_sensitivity(
-    dataset: xr.Dataset, problem: Problem, case: int, point: int, parameters: Mapping[str, Parameter]
+    dataset: "xr.Dataset", problem: Problem, case: int, point: int, parameters: Mapping[str, Parameter]
 ) -> Sensitivity:
     """What `ForcedResponse.sensitivity` says."""
     _check_all(parameters, problem)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.problem import Problem
-from stickslip.runs.work import Checkpoint, Progress, Workers, silent
+from stickslip.runs.cases import Checkpoint, Progress, Workers, silent
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, fourier, highest
 from stickslip.solve.balance.measure import Measure, measure_of

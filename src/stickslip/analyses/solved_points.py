@@ -24,7 +24,7 @@ from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import with_all_forces
-from stickslip.model.problem.truncation import on_few_coordinates
+from stickslip.model.problem.systems import on_few_coordinates
 from stickslip.model.structure.cyclic_reduction import rotation
 from stickslip.model.structure.mesh_surface import SectorSurface, thinned, triangulated
 from stickslip.results.schema import COORDINATES, SCHEMA, named, stamped, system_of

@@ -5,8 +5,6 @@ Stability of the motions that a curve is read for: its highest peaks and its end
 Every other point is judged where `with_stability`, of studies [stability], asks for it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from enum import IntEnum
@@ -85,7 +83,7 @@ class Change(NamedTuple):
     kind: Instability
 
 
-def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None = None) -> xr.Dataset:
+def with_stability(dataset: "xr.Dataset", problem: Problem, highest: float | None = None) -> "xr.Dataset":
     """A forced response with the stability of every converged point.
 
     `stability`, `multiplier` (the largest, real and imaginary part), `multiplier_error`, `multiplier_resolved`, `stuck_sliders`
@@ -154,7 +152,7 @@ def _distance(verdict: Verdict) -> float:
     return distance if np.isfinite(distance) else np.inf
 
 
-def _of_points(dataset: xr.Dataset, verdicts: dict[tuple[int, int], Verdict], error: float) -> dict[str, Any]:
+def _of_points(dataset: "xr.Dataset", verdicts: dict[tuple[int, int], Verdict], error: float) -> dict[str, Any]:
     """Arrays (case, point); error: of the modes left out."""
     shape = dataset["outcome"].shape
     found: dict[str, Any] = {
@@ -176,7 +174,7 @@ def _of_points(dataset: xr.Dataset, verdicts: dict[tuple[int, int], Verdict], er
 
 
 def _changes(
-    dataset: xr.Dataset, values: dict[str, Any], case: int, points: SolvedPoints, leading: Callable[[Evaluation], complex]
+    dataset: "xr.Dataset", values: dict[str, Any], case: int, points: SolvedPoints, leading: Callable[[Evaluation], complex]
 ) -> list[Change]:
     """The changes along a curve, in the order of travel: between each stable and unstable point with none but undecided ones
     between them, in the step nearest to the unstable one that crosses the unit circle."""
@@ -246,7 +244,7 @@ def _kind(multiplier: complex, turns: bool) -> Instability:
     return Instability.FOLD if turns else Instability.BRANCH_POINT
 
 
-def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[Change]]) -> dict[str, Any]:
+def _variables(dataset: "xr.Dataset", values: dict[str, Any], changes: list[list[Change]]) -> dict[str, Any]:
     """The variables, with units and meanings."""
     multiplier = values["multiplier"]
     frequency = stacked([[change.frequency for change in found] for found in changes])
@@ -282,7 +280,7 @@ def flags_of(words: str, kinds: type[IntEnum]) -> dict[str, Any]:
     return {"units": "1", "long_name": words, "flag_values": values, "flag_meanings": names}
 
 
-def _of_peaks(dataset: xr.Dataset, stability: Any) -> Any:
+def _of_peaks(dataset: "xr.Dataset", stability: Any) -> Any:
     """Stability of the point at every peak."""
     frequencies, sizes = dataset["peak_frequency"].values, dataset["peak_amplitude"].values
     found = np.zeros(frequencies.shape, dtype=np.int8)

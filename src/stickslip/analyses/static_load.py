@@ -15,8 +15,6 @@ other history is another offset of each slider, and a peak is followed while all
 bounds: between and beyond them lie all other start states (`response_bounds`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -52,7 +50,7 @@ def rest_of(problem: Problem) -> dict[str, Any]:
     return {} if rest is None else rest_variables(loaded, rest)
 
 
-def by_surface(found: Mapping[str, Any] | xr.Dataset, system: UnitSystem | None = None) -> list[dict[str, Any]]:
+def by_surface(found: "Mapping[str, Any] | xr.Dataset", system: UnitSystem | None = None) -> list[dict[str, Any]]:
     """A record for each contact surface, and for each contact by itself, by heads with their units; sums, and largest values."""
     (newton, force), (metre, length) = in_system("N", system), in_system("m", system)
     load, friction, gap, slip, state = (np.asarray(found[f"rest_{key}"]) for key in ("load", "friction", "gap", "slip", "state"))
@@ -84,7 +82,7 @@ def as_lines(records: Sequence[Mapping[str, Any]]) -> list[str]:
     return [*lines, f"... ({len(records)} in all)"] if len(records) > MOST else lines
 
 
-def fields_at_rest(dataset: xr.Dataset) -> dict[str, Array]:
+def fields_at_rest(dataset: "xr.Dataset") -> dict[str, Array]:
     """The contacts at rest at each contact node, by names with the units of the study; the pressure where areas are known."""
     of_node, fields = dataset["contact_of_node"].values, {}
     known = {str(name): values[of_node] for name, values in dataset.data_vars.items() if str(name).startswith("rest_")}

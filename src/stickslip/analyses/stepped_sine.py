@@ -3,8 +3,6 @@
 What a laboratory records is then not the steady motion, but what is left after the dwell, with the contacts as they were before.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
@@ -18,8 +16,7 @@ from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.problem import Problem
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import described, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, checked_start, from_rest, march
 from stickslip.solve.time.period import DEFAULT_METHOD, Method, refuse_waves
 from stickslip.support.checks import InputError, fault, of_kind, positive
@@ -38,11 +35,11 @@ class SteppedSine(SavedResult):
     (`with_response`), its balance_amplitude [m] (step, output). `end`: the state after the last dwell, from which another test
     or a free decay can start."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
     end: TimeStart
 
-    def with_response(self, response: ForcedResponse) -> SteppedSine:
+    def with_response(self, response: ForcedResponse) -> "SteppedSine":
         """A copy that also holds the steady response by harmonic balance, for comparison in the figure. The response must have
         the same problem, force level and frequencies, in the same order. NaN where the balance has no solution."""
         of_kind("response", response, ForcedResponse)
@@ -104,14 +101,14 @@ class SteppedSineWork(Settings):
         marched = {"amplitude": first, "max_abs": largest, "distance": distance, "cpu_seconds": time.process_time() - started}
         return {name: np.array(values) for name, values in marched.items()} | vars(state)
 
-    def gathered(self, results: Sequence[Arrays]) -> SteppedSine:
+    def gathered(self, results: Sequence[Arrays]) -> "SteppedSine":
         """The stepped sine of the only case."""
         end = TimeStart(**{each.name: results[0][each.name] for each in fields(TimeStart)})
         return SteppedSine(_dataset(self, results[0]), self.problem, end)
 
 
 @takes(SteppedSineWork)
-def stepped_sine(work: SteppedSineWork) -> SteppedSine:
+def stepped_sine(work: SteppedSineWork) -> "SteppedSine":
     """Integrate M q̈ + C q̇ + K q + Bᵀ f(B q) = p(t) over `dwell` periods at each of the frequencies, Hz, in their order,
     which may go up and down.
 
@@ -123,7 +120,7 @@ def stepped_sine(work: SteppedSineWork) -> SteppedSine:
     return work.gathered(all_cases(work))
 
 
-def beside_balance(dataset: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
+def beside_balance(dataset: "xr.Dataset", response: "xr.Dataset") -> "xr.Dataset":
     """The dataset of a stepped sine with the amplitudes of a forced response at its frequencies and force level."""
     order, level = dataset["frequency"].values, float(dataset.attrs["force_level"])
     solved = response.isel(case=0)
@@ -139,7 +136,7 @@ def beside_balance(dataset: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
     return dataset.assign(described("stepped_sine", beside))
 
 
-def _dataset(work: SteppedSineWork, arrays: Arrays) -> xr.Dataset:
+def _dataset(work: SteppedSineWork, arrays: Arrays) -> "xr.Dataset":
     data = {name: arrays[name] for name in ("amplitude", "max_abs", "distance")}
     coords = {"frequency": work.frequencies, "output": list(work.problem.output_names)}
     attrs = {"title": work.problem.heading, "force_level": work.force, "dwell": work.dwell}

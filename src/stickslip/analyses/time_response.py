@@ -3,15 +3,12 @@
 Verification of a solved point by time integration from its own state, with the difference of the two.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.analyses.response_dataset import ContactRows, of_parts, parts
+from stickslip.analyses.response_dataset import ContactRows, labels_of, of_parts, parts
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result, tabulated
 from stickslip.solve.balance.fourier import Harmonics, in_words, of_attribute
@@ -36,7 +33,7 @@ from stickslip.support.late import xr
 class TimeResponse(Result):
     """The last period of a time integration: `dataset` (labelled, with units), the problem and the cycle that made them."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
     cycle: TimeCycle
 
@@ -87,7 +84,7 @@ def harmonics_of(signals: Array, harmonics: int) -> np.ndarray:
     return np.asarray(spectrum)
 
 
-def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March) -> xr.Dataset:
+def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March) -> "xr.Dataset":
     outputs = cycle.outputs
     samples = outputs.shape[1]
     motion, force = ContactRows(problem).spread(cycle.contact_motion), ContactRows(problem).spread(cycle.contact_force)
@@ -110,13 +107,7 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
         "energy_residual": cycle.energy_residual,
         "periods": cycle.periods,
     }
-    coords = {
-        "output": list(problem.output_names),
-        "contact": [contact.name for contact in problem.contacts],
-        "direction": list(DIRECTION_NAMES),
-        "part": ["re", "im"],
-        "harmonic": np.arange(harmonics + 1),
-    }
+    coords = labels_of(problem) | {"part": ["re", "im"], "harmonic": np.arange(harmonics + 1)}
     attrs = {
         "title": problem.heading,
         "frequency": cycle.omega / (2.0 * np.pi),
@@ -251,7 +242,7 @@ class TimeCheck:
 
 
 def verify_in_time(
-    dataset: xr.Dataset,
+    dataset: "xr.Dataset",
     problem: Problem,
     case: int,
     point: int,

@@ -1,7 +1,5 @@
 """Errors of harmonics, samples and modes at the highest peaks of a curve: numbers for every result, and their warnings."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -406,7 +404,7 @@ def coordinates_note(few: Problem, whole: Problem) -> str:
     return note
 
 
-def finer_sentences(dataset: xr.Dataset) -> list[str]:
+def finer_sentences(dataset: "xr.Dataset") -> list[str]:
     """On which coordinates a response was solved, and how much its highest peaks change on all modes, or with all nodes."""
     sentences = (
         [shown_sentence(str(dataset.attrs["coordinates_chosen"]), dataset)] if "coordinates_chosen" in dataset.attrs else []

@@ -149,7 +149,7 @@ def refuse_other_than_folder(folder: Path) -> None:
 
 def _finished(folder: Path, names: Sequence[str]) -> int:
     """How many cases of an interrupted run a folder keeps; refused where something else has the name of the checkpoint."""
-    from stickslip.runs.work import ABOUT, CheckpointFolder
+    from stickslip.runs.cases import ABOUT, CheckpointFolder
     from stickslip.study.run import UNFINISHED
 
     kept = folder / UNFINISHED

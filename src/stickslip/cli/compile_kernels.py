@@ -3,8 +3,6 @@
 A kernel is compiled for the types of its first call. The smallest cases of each analysis make these calls.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from inspect import isabstract
@@ -18,7 +16,7 @@ from stickslip.support.console import progress_bar, progress_is_seen, say
 if TYPE_CHECKING:
     from stickslip.model.contact.law import Law
     from stickslip.model.problem import Problem
-    from stickslip.runs.work import Arrays, Report
+    from stickslip.runs.cases import Arrays, Report
 
 
 @guarded
@@ -42,7 +40,7 @@ def compile_all(workers: int = 2) -> None:
     work, logged, done = Compilation(), not progress_is_seen(), list[int]()
     with progress_bar("Compiling") as report:
 
-        def keep(case: int, _: Arrays) -> None:
+        def keep(case: int, _: "Arrays") -> None:
             done.append(case)
             if logged:
                 say(f"Compiled {len(done)} of {len(work.names)}: {work.names[case]}.")
@@ -63,7 +61,7 @@ class Compilation:
     def prepare(self) -> None:
         """The processes prepare themselves."""
 
-    def solve(self, case: int, report: Report) -> Arrays:
+    def solve(self, case: int, report: "Report") -> "Arrays":
         """Run a case, with kernels for this processor, also where the package brought others."""
         from stickslip.support.kernels import cache
 
@@ -111,7 +109,7 @@ def small_cases() -> dict[str, Callable[[], Any]]:
     }
 
 
-def transposed_system(problem: Problem) -> None:
+def transposed_system(problem: "Problem") -> None:
     """Solve Newton's linear system with its transpose, as the search of branch points does."""
     import numpy as np
 
@@ -124,7 +122,7 @@ def transposed_system(problem: Problem) -> None:
     factors.solve_transposed(np.ones((1, factors.bordered.offsets[-1] + 1)))
 
 
-def answered(problem: Problem) -> None:
+def answered(problem: "Problem") -> None:
     """What contacts answer to a motion, as balances in Python ask them."""
     import numpy as np
 
@@ -135,7 +133,7 @@ def answered(problem: Problem) -> None:
     contact_answer(balance.table, balance.tables, np.zeros((balance.rows, balance.columns)), 1.0)
 
 
-def every_law() -> list[type[Law]]:
+def every_law() -> "list[type[Law]]":
     """The laws that study files know."""
     from stickslip.model.contact.law import Law
     from stickslip.study import contacts
@@ -144,7 +142,7 @@ def every_law() -> list[type[Law]]:
     return [each for each in members if not isabstract(each)]
 
 
-def mass_with_laws() -> Problem:
+def mass_with_laws() -> "Problem":
     """A mass in space on springs to ground, with contacts of laws of each kind: coupled, with a period of its own or not, by the
     velocity, and without friction."""
     import numpy as np

@@ -7,8 +7,6 @@ to responses and decays that were not measured.
 The command `decay`: frequency and damping over the amplitude of a ring-down test, beside the nonlinear mode of a study.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -296,7 +294,7 @@ def decay(
     say(f"Results: {folder}")
 
 
-def say_windows(dataset: xr.Dataset) -> None:
+def say_windows(dataset: "xr.Dataset") -> None:
     """Amplitude, frequency and damping with their standard errors, a line a window."""
     from stickslip.results.view import length_text
     from stickslip.show.report.free_decay import ANSWER, measured_tables
@@ -306,7 +304,7 @@ def say_windows(dataset: xr.Dataset) -> None:
         say(f"{where:>12}  {frequency:10.5g} ± {hertz:<8.2g} Hz  damping {ratio:8.4g} ± {percent:<8.2g} %")
 
 
-def beside_modes(decay: MeasuredDecay, study: Path, output: str | None) -> MeasuredDecay:
+def beside_modes(decay: "MeasuredDecay", study: Path, output: str | None) -> "MeasuredDecay":
     """The decay with the nonlinear mode of a study whose stuck frequency is nearest to that of the smallest amplitude."""
     from dataclasses import replace
 
@@ -456,7 +454,7 @@ def one_kind_of_level(options: Mapping[str, list[str]], compared: bool) -> None:
         raise fault("--force", "must be given, or --amplitude for held amplitudes, --compare or --decay", "none")
 
 
-def of_decay(given: list[str], units: Units) -> dict[str, Any]:
+def of_decay(given: list[str], units: "Units") -> dict[str, Any]:
     """The amplitudes, m, and the measured decays that --decay says, in the units of a study."""
     from stickslip.study.fields import LENGTH
 
@@ -474,7 +472,7 @@ def levels(option: str, given: Texts) -> list[float]:
     return [number(option, one) for text in given or () for one in text.split(",")]
 
 
-def document_in(dataset: xr.Dataset) -> dict[str, Any]:
+def document_in(dataset: "xr.Dataset") -> dict[str, Any]:
     """The study that made an identification; results without one are refused."""
     from stickslip.results.schema import analysis_of
     from stickslip.study.reading import toml

@@ -104,7 +104,7 @@ def of_peaks(name: str, dataset: xr.Dataset, table: pd.DataFrame, outside: pd.Da
     """The peaks of one result, a record each, those outside the band apart, with the units of their columns and everything that
     was warned of."""
     from stickslip.results.schema import analysis_of
-    from stickslip.show.report.conclusions import failures_of, further_curves_sentence, warnings_of
+    from stickslip.show.report.answer import failures_of, further_curves_sentence, warnings_of
 
     heads = {str(head): UNIT.fullmatch(str(head)) for head in (*table, *outside)}
     names = {head: match[1] if match else head for head, match in heads.items()}
@@ -153,7 +153,7 @@ def peaks(
     from stickslip.results.files import open_results
     from stickslip.results.quantities import outside_table, peak_table
     from stickslip.results.schema import shown_table
-    from stickslip.show.report.conclusions import OUTSIDE, failures_of, further_curves_sentence, warnings_of
+    from stickslip.show.report.answer import OUTSIDE, failures_of, further_curves_sentence, warnings_of
     from stickslip.show.report.markup import presentation_of
 
     datasets = {name: open_results(file) for name, file in results_in(results).items()}

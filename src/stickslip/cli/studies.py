@@ -22,8 +22,8 @@ from stickslip.support.files import left_sentence, only_own_files, write_text
 from stickslip.support.late import xr
 
 if TYPE_CHECKING:
+    from stickslip.runs.cases import CheckpointFolder
     from stickslip.runs.dask_cluster import DaskCluster
-    from stickslip.runs.work import CheckpointFolder
     from stickslip.study import Job
     from stickslip.study.run import Run
 

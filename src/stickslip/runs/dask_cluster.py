@@ -18,7 +18,7 @@ from time import sleep
 from typing import Any
 
 import stickslip
-from stickslip.runs.work import Arrays, Keep, Progress, Work
+from stickslip.runs.cases import Arrays, Keep, Progress, Work
 from stickslip.support.checks import InputError, fault
 from stickslip.support.machine import one_blas_thread
 

@@ -4,8 +4,6 @@ The tables and the plan of an analysis stand together in `study/analyses/`. An a
 module there, whose `KIND` describes it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -23,11 +21,11 @@ from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem.meshed import promised
 from stickslip.model.structure.cyclic import CyclicStructure
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.solve.balance.fourier import checked_harmonics, in_words
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.study import analyses
-from stickslip.study.fields import Table, Units
+from stickslip.study.fields import AnyTable, Table, Units
 from stickslip.support.checks import counted
 from stickslip.support.late import xr
 from stickslip.support.units import Band
@@ -44,12 +42,12 @@ class Plan(Protocol):
     def works(self) -> Mapping[str, Work]:
         """What is to be computed, in independent cases, by a name for each kind of work; "" for the only one."""
 
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> "xr.Dataset":
         """The labelled results of all works."""
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
-    ) -> xr.Dataset:
+    ) -> "xr.Dataset":
         """The same of an analysis that goes on from its cases by a search, whose own cases are kept as well."""
         return self.dataset(results)
 
@@ -84,11 +82,11 @@ class Works:
 
     work: Work | Mapping[str, Work] | Callable[[], Work | Mapping[str, Work]]
     summary: str
-    gathered: Callable[[Any, Any], xr.Dataset] = lambda work, arrays: work.gathered(arrays).dataset
+    gathered: "Callable[[Any, Any], xr.Dataset]" = lambda work, arrays: work.gathered(arrays).dataset
     content: str = ""
     condition: str = ""
     reads: tuple[Path, ...] = ()
-    search: Callable[..., xr.Dataset] | None = None
+    search: "Callable[..., xr.Dataset] | None" = None
     on_mesh: Callable[[Progress], Work | Mapping[str, Work]] | None = None
 
     def begin(self, progress: Progress) -> None:
@@ -100,12 +98,12 @@ class Works:
     def works(self) -> Mapping[str, Work]:
         return _by_name(self.work() if callable(self.work) else self.work)
 
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> "xr.Dataset":
         return self.gathered(*((self.works[""], results[""]) if len(self.works) == 1 else (self.works, results)))
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
-    ) -> xr.Dataset:
+    ) -> "xr.Dataset":
         if self.search is None:
             return self.dataset(results)
         return self.search(self.works[""], results[""], checkpoint, workers, progress)
@@ -147,6 +145,10 @@ class Asked:
     rig: tuple[str, Mapping[str, Any]] = ("", MappingProxyType({}))
     disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
     document: Mapping[str, Any] = field(default_factory=dict)
+
+    def table(self, kind: type[AnyTable]) -> AnyTable | None:
+        """The table of a kind; None where the file has none."""
+        return next((table for table in self.tables.values() if isinstance(table, kind)), None)
 
 
 def taken_over(base: ForcedResponseWork) -> dict[str, Any]:

@@ -3,8 +3,6 @@
 What a study asks of a response beside its curves: the tables [stress], [fatigue], [stability] and [reached].
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -82,16 +80,13 @@ class FurtherCurves:
     branches: BranchesTable | None
 
     @classmethod
-    def of(cls, asked: Asked) -> FurtherCurves:
+    def of(cls, asked: Asked) -> "FurtherCurves":
         """The tables of a study; refused for listed frequencies, which no curve joins."""
-        isolated, branches = asked.tables.get("isolated"), asked.tables.get("branches")
+        isolated, branches = asked.table(IsolatedTable), asked.table(BranchesTable)
         for name, table in (("isolated", isolated), ("branches", branches)):
             if table is not None and asked.sweep is not None and asked.sweep.listed:
                 raise fault(f"[{name}]", "needs a band, [sweep] frequency", "listed frequencies, [sweep] at")
-        found = cls(
-            with_si(isolated, asked.units) if isinstance(isolated, IsolatedTable) else None,
-            branches if isinstance(branches, BranchesTable) else None,
-        )
+        found = cls(None if isolated is None else with_si(isolated, asked.units), branches)
         if found.isolated is not None and found.isolated.mode is not None and asked.sweep is not None:
             found._refuse_modes(found.isolated, asked.sweep)
         return found
@@ -138,8 +133,8 @@ class StressTable(Table):
 
 def recovery_of(asked: Asked) -> StressRecovery | None:
     """The recovery at the places of the models, or of [stress] from the elements of a rig; None where no stress is asked for."""
-    table = asked.tables.get("stress")
-    if not isinstance(table, StressTable):
+    table = asked.table(StressTable)
+    if table is None:
         return None if asked.sweep is None else own_recovery(asked.sweep.problem)
     rig, parameters = asked.rig
     maker = rigs.STRESS.get(rig)
@@ -180,11 +175,11 @@ class FatigueTable(Table):
 
 
 def fatigue_of(
-    asked: Asked, recovery: StressRecovery | None, add: Callable[..., xr.Dataset] = with_fatigue
-) -> Callable[[xr.Dataset], xr.Dataset] | None:
+    asked: Asked, recovery: StressRecovery | None, add: "Callable[..., xr.Dataset]" = with_fatigue
+) -> "Callable[[xr.Dataset], xr.Dataset] | None":
     """What adds the fatigue margin to a result with stress, by `with_fatigue` or its like; None where it is not asked for."""
-    table = asked.tables.get("fatigue")
-    if not isinstance(table, FatigueTable):
+    table = asked.table(FatigueTable)
+    if table is None:
         return None
     if recovery is None:
         raise InputError(NO_STRESS)
@@ -208,9 +203,11 @@ def fatigue_of(
 
 def resting_fatigue(asked: Asked) -> list[str]:
     """A warning on fatigue margins of a bladed disk whose mean stress has nothing of its rotation."""
-    table, problem = asked.tables.get("fatigue"), None if asked.sweep is None else asked.sweep.problem
-    recovery = recovery_of(asked) if isinstance(table, FatigueTable) and isinstance(problem, TunedDisk | FullDisk) else None
-    if problem is None or recovery is None or asked.disks or recovery.rotation is not None or not isinstance(table, FatigueTable):
+    table, problem = asked.table(FatigueTable), None if asked.sweep is None else asked.sweep.problem
+    if table is None or not isinstance(problem, TunedDisk | FullDisk) or asked.disks:
+        return []
+    recovery = recovery_of(asked)
+    if recovery is None or recovery.rotation is not None:
         return []
     bodies = {dof.rpartition(".")[0] for dof in problem.structure.dofs if dof.endswith(".rx")}
     pulled = (force.coefficients for force in problem.forces if force.static)
@@ -237,12 +234,6 @@ class StabilityTable(Table):
     )
 
 
-def stability_of(asked: Asked) -> StabilityTable | None:
-    """The table [stability]; None where it is not asked for."""
-    table = asked.tables.get("stability")
-    return table if isinstance(table, StabilityTable) else None
-
-
 class ReachedTable(Table):
     """Which motions a machine shows: whether the highest peak of each curve is reached from rest, and by slow sweeps."""
 
@@ -262,17 +253,14 @@ class ReachedTable(Table):
 
 def reached_of(asked: Asked) -> ReachedTable | None:
     """The table [reached]; refused where no sweep can be followed or motions cannot be integrated in time."""
-    table = asked.tables.get("reached")
-    if not isinstance(table, ReachedTable) or asked.sweep is None:
+    table = asked.table(ReachedTable)
+    if table is None or asked.sweep is None:
         return None
     if asked.sweep.listed:
         raise fault("[reached]", "needs a band, [sweep] frequency", "listed frequencies, [sweep] at")
-    isolated = asked.tables.get("isolated")
-    if isinstance(isolated, IsolatedTable) and isolated.periods > 1:
-        raise fault("[isolated] periods", "must be 1 beside [reached]", isolated.periods)
-    branches = asked.tables.get("branches")
-    if isinstance(branches, BranchesTable) and branches.periods > 1:
-        raise fault("[branches] periods", "must be 1 beside [reached]", branches.periods)
+    for name, beside in (("isolated", asked.table(IsolatedTable)), ("branches", asked.table(BranchesTable))):
+        if beside is not None and beside.periods > 1:
+            raise fault(f"[{name}] periods", "must be 1 beside [reached]", beside.periods)
     if asked.sweep.harmonics != "auto":
         table.refuse_few_steps(checked_harmonics(asked.sweep.harmonics))
     try:

@@ -1,7 +1,5 @@
 """What studies of predictions have in common: the identification that they read or carry out, and its problem."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from abc import abstractmethod
@@ -17,8 +15,7 @@ from stickslip.laboratory.identification.response.prediction import FEWEST_DRAWS
 from stickslip.laboratory.identification.response.result import ResponseIdentification
 from stickslip.results.files import open_results
 from stickslip.results.schema import analysis_of, stamped
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Work, Workers, all_cases
 from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
 from stickslip.study.analyses.response_identification import (
     ResponseIdentificationPlan,
@@ -117,7 +114,7 @@ class PredictionPlan(Plan):
             return None
         return self._from(open_results(self.base.folder / self.table.identification))
 
-    def _from(self, dataset: xr.Dataset) -> ResponseIdentification:
+    def _from(self, dataset: "xr.Dataset") -> ResponseIdentification:
         """The identification of a dataset, with the problem of its study; another result or problem is refused."""
         what = f"[{self.name}]: identification"
         if analysis_of(dataset) != IDENTIFICATION:
@@ -150,7 +147,7 @@ class PredictionPlan(Plan):
     def measured(self) -> Sequence[Any]:
         """What the prediction is compared with."""
 
-    def compared(self, work: Any, results: Sequence[Arrays]) -> xr.Dataset:
+    def compared(self, work: Any, results: Sequence[Arrays]) -> "xr.Dataset":
         """The prediction beside what it is compared with."""
         found = work.gathered(results)
         dataset: xr.Dataset = (found.compare(self.measured) if self.measured else found).dataset
@@ -169,7 +166,7 @@ class PredictionPlan(Plan):
         self.check(self.base.table.held == "response", work.tests[0].quantity)
         return {"": work}
 
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> "xr.Dataset":
         """Of a prediction whose identification is read."""
         if self.identified is None:
             raise AssertionError("a prediction whose identification is carried out is searched")
@@ -177,7 +174,7 @@ class PredictionPlan(Plan):
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
-    ) -> xr.Dataset:
+    ) -> "xr.Dataset":
         """The prediction, from the identification that was carried out or read."""
         if self.identified is not None:
             return self.dataset(results)

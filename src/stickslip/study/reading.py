@@ -18,7 +18,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import rest_variables
 from stickslip.model.problem.load_steps import load_history
 from stickslip.model.problem.meshed import meshed_problem
-from stickslip.model.problem.truncation import REACH
+from stickslip.model.problem.systems import REACH
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
 from stickslip.model.structure.matrices import ModalDamping, SparseStructure

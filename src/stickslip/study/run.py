@@ -3,8 +3,6 @@
 `remaining` says what an earlier run left; `computed` goes on from there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
@@ -14,8 +12,7 @@ from typing import Any
 import stickslip
 from stickslip.results.files import open_results, save, stamped
 from stickslip.results.schema import attributes_of
-from stickslip.runs.cases import Together, all_cases
-from stickslip.runs.work import Arrays, CheckpointFolder, Progress, StoppableWork, Stopped, Work, Workers, changed_line
+from stickslip.runs import cases
 from stickslip.study.faults import WARNING
 from stickslip.study.reading import Job
 from stickslip.support.checks import InputError
@@ -33,7 +30,7 @@ class Run:
     jobs: Mapping[str, Job]
     folder: Path
     resume: bool = False
-    workers: Workers = 1
+    workers: cases.Workers = 1
 
     @property
     def words(self) -> str:
@@ -55,21 +52,21 @@ class Run:
         """`about` in one word, kept in the results."""
         return sha256(repr(sorted(self.about.items())).encode()).hexdigest()
 
-    def kept(self) -> CheckpointFolder:
+    def kept(self) -> cases.CheckpointFolder:
         """The checkpoint. That of something else are refused by a run that resumes, and removed by any other."""
         place = self.folder / UNFINISHED
         for folder in (self.folder, place):
             for name in ("", *self.jobs):
                 WrittenFiles(folder / name).remove_temporary()
         try:
-            return CheckpointFolder(place, self.about)
+            return cases.CheckpointFolder(place, self.about)
         except InputError:
             if self.resume:
                 raise
-            CheckpointFolder.remove(place)
-            return CheckpointFolder(place, self.about)
+            cases.CheckpointFolder.remove(place)
+            return cases.CheckpointFolder(place, self.about)
 
-    def complete(self) -> dict[str, xr.Dataset] | None:
+    def complete(self) -> "dict[str, xr.Dataset] | None":
         """The results of this very run where they are all there, else None; those of another are refused."""
         files = {name: self.folder / name / "results.nc" for name in self.jobs}
         try:
@@ -78,7 +75,7 @@ class Run:
             return None
         if any(dataset.attrs.get("input_key") != self.key for dataset in datasets.values()):
             studies = ((str(dataset.attrs.get("study", "")), self.jobs[name].text) for name, dataset in datasets.items())
-            line = next(filter(None, (changed_line(before, now) for before, now in studies)), "")
+            line = next(filter(None, (cases.changed_line(before, now) for before, now in studies)), "")
             raise InputError(
                 f"The results in {str(self.folder)!r} must belong to this run, but come from another study or version{line}. "
                 "Add --overwrite instead of --resume to replace them, or name another folder."
@@ -86,16 +83,18 @@ class Run:
         return datasets if len(datasets) == len(files) else None
 
     @only_own_files()
-    def computed(self, kept: CheckpointFolder, progress: Progress) -> dict[str, xr.Dataset]:
+    def computed(self, kept: cases.CheckpointFolder, progress: cases.Progress) -> "dict[str, xr.Dataset]":
         """The results of all jobs, each saved."""
         for job in self.jobs.values():
             job.plan.begin(progress)
         works = {name: job.plan.works for name, job in self.jobs.items()}
-        together = Together({f"{name} {kind}".strip(): work for name, kinds in works.items() for kind, work in kinds.items()})
+        together = cases.Together(
+            {f"{name} {kind}".strip(): work for name, kinds in works.items() for kind, work in kinds.items()}
+        )
         checkpoint = kept if self.resume else _Anew(kept)
         try:
-            results = all_cases(together, checkpoint, self.workers, progress)
-        except Stopped as stop:
+            results = cases.all_cases(together, checkpoint, self.workers, progress)
+        except cases.Stopped as stop:
             self._save_so_far(together.parted(stop.results), works)
             raise
         progress(1.0, "linear curves and results.nc")
@@ -109,12 +108,14 @@ class Run:
             save(datasets[name], self.folder / name / "results.nc")
         return datasets
 
-    def _save_so_far(self, parts: Mapping[str, Mapping[int, Arrays]], works: Mapping[str, Mapping[str, Work]]) -> None:
+    def _save_so_far(
+        self, parts: Mapping[str, Mapping[int, cases.Arrays]], works: Mapping[str, Mapping[str, cases.Work]]
+    ) -> None:
         """Save what a stopped run has, beside the checkpoint, where it is of use without the rest."""
         for name, job in self.jobs.items():
             own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
             work = works[name].get("")
-            if not isinstance(work, StoppableWork) or not own[""]:
+            if not isinstance(work, cases.StoppableWork) or not own[""]:
                 continue
             attributes = {"title": f"{job.title} (stopped)", **_about(job)}
             save(stamped(work.so_far(own[""])).assign_attrs(attributes), self.folder / UNFINISHED / name / "results.nc")
@@ -130,7 +131,7 @@ def _about(job: Job) -> dict[str, Any]:
 class _Anew:
     """Keeps, but does not give back: everything is computed."""
 
-    def __init__(self, kept: CheckpointFolder) -> None:
+    def __init__(self, kept: cases.CheckpointFolder) -> None:
         self.save = kept.save
 
     def load(self, name: str) -> None:

@@ -1,12 +1,10 @@
 """What a check says of a study: natural frequencies, what holds its structure, the loads of its contacts at rest; and how long it
 will take, by some points that are traced where contacts slip, and counted up."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import replace
 from time import process_time
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +14,7 @@ from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.static_load import as_lines, by_surface, opened, rest_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.model.problem.systems import soft_springs
-from stickslip.model.problem.truncation import on_few_coordinates
+from stickslip.model.problem.systems import on_few_coordinates, soft_springs
 from stickslip.results.schema import in_system
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import orders
@@ -25,13 +22,11 @@ from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.curves.curve import HELD_BY_FRICTION, held_by_friction_alone
 from stickslip.study.analysis import Plan
+from stickslip.study.reading import Job
 from stickslip.support import machine
 from stickslip.support.checks import Array, counted, fault, first_of
 from stickslip.support.kernels.cache import nothing_is_kept
 from stickslip.support.units import Band, UnitSystem
-
-if TYPE_CHECKING:
-    from stickslip.study.reading import Job
 
 SHOWN = 6
 """Nodal diameters whose frequencies a sentence lists."""
@@ -217,7 +212,7 @@ def estimated_seconds(job: Job) -> float | None:
     return POINTS * _curves(job) * tried.seconds if population is None else _seconds_of_disks(population, tried)
 
 
-def _seconds_of_disks(work: PopulationWork, tried: _Tried) -> float:
+def _seconds_of_disks(work: PopulationWork, tried: "_Tried") -> float:
     """CPU seconds of the tuned disk and of all mistuned ones, of which every sector has as many unknowns as a sector of the tuned
     one: an analysis of the modes, and for each point Newton's method with dense matrices."""
     N, columns = work.disk.sectors, len(orders(work.sweep.harmonics)) * 2 + 1
@@ -254,7 +249,7 @@ class _Tried(NamedTuple):
     unknowns: list[int]
 
 
-def _tried_points(sweep: ForcedResponseSettings, band: Band) -> _Tried | None:
+def _tried_points(sweep: ForcedResponseSettings, band: Band) -> "_Tried | None":
     """The last points at the highest linear resonance on the way to the largest force level, as far as a second leads."""
     harmonics = AUTOMATIC if sweep.harmonics == "auto" else sweep.harmonics
     orders = harmonics if isinstance(harmonics, int) else len(harmonics)

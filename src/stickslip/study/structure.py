@@ -17,21 +17,12 @@ from stickslip.model.interfaces.node_surface import nodes_of
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import CentrifugalLoad, in_rotation
+from stickslip.model.readers import stress_places
 from stickslip.model.readers.model import Content, Model, implausible, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import WHOLE_SIZE, Progress, structure_of
 from stickslip.model.readers.sector import Faces, disks_of, held_alike
-from stickslip.model.readers.stress_places import Place as KeptPlace
-from stickslip.model.readers.stress_places import (
-    StrainGauge,
-    StressRows,
-    centrifugal_loads,
-    places_of,
-    prestress_note,
-    spin_softening,
-    stress_rows_of,
-)
 from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.model.structure.assembly import RigidBody, assemble
 from stickslip.model.structure.centrifugal import RotationAxis, coriolis, softening
@@ -117,14 +108,16 @@ def structure(
     if table.sector is not None:
         model, *others = _at_speeds(model, table, folder, own, rotation)
     keep = {} if table.keep is None else table.keep
-    stress = None if table.stress is None else stress_rows_of(model, _stress_places(table.stress), own.system.metres)
+    stress = (
+        None if table.stress is None else stress_places.stress_rows_of(model, _stress_places(table.stress), own.system.metres)
+    )
     if table.sector is not None:
         return _disk(table, table.sector, [model, *others], surfaces, own, progress, stress, whole)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
     rows = [row for name in meshed if name in model.sets for node in model.sets[name] for row in model.directions.get(node, ())]
     sparse = len(rows) >= MANY_KEPT and model.size > WHOLE_SIZE and model.C is None and model.coriolis is None
     reduced = sparse or table.keep is not None or (table.modes is not None and besides)
-    places = places_of(model, keep, own.system.metres, besides) if reduced else None
+    places = stress_places.places_of(model, keep, own.system.metres, besides) if reduced else None
     notes = (*map(str, places or ()), *(stress.notes if stress else ()), *model.notes, *implausible(model))
     own_rotation = None if table.speed is None else (table.speed, _axis(table.axis or AxisTable(), own))
     if own_rotation is None and table.axis is not None:
@@ -134,7 +127,7 @@ def structure(
     return Built(made, (*notes, *found), {}, _sets(model, surfaces, places or ()))
 
 
-def _sets(model: Model, surfaces: Sequence[str], places: Sequence[KeptPlace]) -> dict[str, bool | None]:
+def _sets(model: Model, surfaces: Sequence[str], places: Sequence[stress_places.Place]) -> dict[str, bool | None]:
     """All sets of nodes of a model, and whether those of contacts and forces cover an area by its mesh."""
     nodes = {**model.sets, **{place.name: place.nodes for place in places}}
     return {name: model.covers(members) if name in surfaces else None for name, members in nodes.items()}
@@ -171,9 +164,9 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
     The K of a body that contacts alone hold keeps its rigid motions free: by these such a body is recognised. A sector is held by
     its neighbours too, and its reduction says where that is not enough.
     """
-    centrifugal_loads(model)  # says what is missing for them, before a reduction that takes long
-    note = prestress_note(model, axis, speed)
-    if not spin_softening(model, axis):
+    stress_places.centrifugal_loads(model)  # says what is missing for them, before a reduction that takes long
+    note = stress_places.prestress_note(model, axis, speed)
+    if not stress_places.spin_softening(model, axis):
         turning = [dof for dof in model.dofs if dof.rpartition(".")[2] not in ("x", "y", "z")]
         done = f"none is added to a model with rows such as {turning[0]}" if turning else "it is added, −Ω² M (1 − d dᵀ)"
         if not sector and rigid_motions(model.K, model.dofs, model.nodes).shape[1]:
@@ -237,7 +230,8 @@ def _axis(table: AxisTable, units: fields.Units) -> RotationAxis:
 def _stress_places(asked: Mapping[str, Any]) -> dict[str, Any]:
     """The places of stress as the models take them."""
     return {
-        name: StrainGauge(where.at, where.direction) if isinstance(where, GaugeTable) else where for name, where in asked.items()
+        name: stress_places.StrainGauge(where.at, where.direction) if isinstance(where, GaugeTable) else where
+        for name, where in asked.items()
     }
 
 
@@ -248,7 +242,7 @@ def _disk(
     surfaces: Sequence[str],
     units: fields.Units,
     progress: Progress,
-    stress: StressRows | None,
+    stress: stress_places.StressRows | None,
     whole: Whole,
 ) -> Built:
     """The disk of which a model is one sector; its damping follows, with the bodies. models: at its other speeds, too."""
@@ -258,7 +252,9 @@ def _disk(
     if given:
         raise fault(" and ".join(given), "must be given in [structure.sector] for a sector", "in [structure]")
     keep, model = {} if table.keep is None else table.keep, models[0]
-    places = places_of(model, keep, units.system.metres, [name for name in surfaces if name in model.sets and name not in keep])
+    places = stress_places.places_of(
+        model, keep, units.system.metres, [name for name in surfaces if name in model.sets and name not in keep]
+    )
     if not places:
         raise InputError("keep must name the places of outputs and loads of the sector, but is missing.")
     speeds = [] if sector.speed is None else [sector.speed]
@@ -275,7 +271,7 @@ def _disk(
     chosen = None if order is None else HeldDiameters.excited(sector.sectors, order)
     disks, notes = disks_of(models, faces, places, table.modes, None, progress, speeds, stress, chosen)
     if whole.rotation is not None:  # the model says what K held before its softening was added
-        notes = tuple(note for note in notes if note != prestress_note(model, faces.axis, None))
+        notes = tuple(note for note in notes if note != stress_places.prestress_note(model, faces.axis, None))
     by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
     own = (*(note for each in models for note in each.notes), *implausible(model))
     return Built(disks[0], (*notes, *own), by_speed, _sets(model, surfaces, places))

@@ -3,8 +3,6 @@
 Bars in the output of a notebook's cell, by the display messages that every front end of Jupyter knows: no widgets.
 """
 
-from __future__ import annotations
-
 import html
 import logging
 import math
@@ -183,7 +181,7 @@ def _bar_is_seen() -> bool:
     return _may_write() and (in_notebook() or (sys.stderr is not None and sys.stderr.isatty()))
 
 
-def _own_bar() -> Progress | NotebookBar | None:
+def _own_bar() -> "Progress | NotebookBar | None":
     """A bar on the error stream or in the cell; none where another library shows one."""
     if in_notebook():
         return _IN_NOTEBOOK

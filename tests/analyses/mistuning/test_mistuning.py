@@ -9,8 +9,7 @@ from scipy.stats import kstest, norm
 
 import stickslip as ss
 from stickslip.analyses.mistuning.disk import blade_dofs
-from stickslip.analyses.mistuning.population import quantile_interval
-from stickslip.analyses.mistuning.work import PopulationWork
+from stickslip.analyses.mistuning.work import PopulationWork, quantile_interval
 from stickslip.model.rigs import lumped_blisk
 from stickslip.model.structure.matrices import ModalDamping
 from stickslip.results.files import open_results, save, stamped

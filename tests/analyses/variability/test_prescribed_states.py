@@ -12,7 +12,7 @@ from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade, three_mass_wedge
 from stickslip.model.structure.matrices import Structure
-from stickslip.show.report.conclusions import bounds_failures, bounds_warnings
+from stickslip.show.report.answer import bounds_failures, bounds_warnings
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.starts.extremes import AtFrequency
 from stickslip.solve.starts.states import UnsolvedError, explored_space

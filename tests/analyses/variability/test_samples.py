@@ -50,7 +50,7 @@ def test_a_law_is_mapped_from_its_support():
 def test_start_states_are_explored_once_and_the_result_travels(monkeypatch):
     """A process would repeat what takes seconds on a blade."""
     explored = []
-    monkeypatch.setattr(samples, "virgin_solutions", lambda *given: explored.append(given[2]) or virgin_solutions(*given))
+    monkeypatch.setattr(samples.states, "virgin_solutions", lambda *given: explored.append(given[2]) or virgin_solutions(*given))
     response_samples(three_mass_wedge(), [145.0, 222.0], [1.0, 2.0], 3)
     assert explored == [1.0, 2.0]
     work = SamplesWork(three_mass_wedge(), [145.0, 222.0])

@@ -5,8 +5,6 @@ sampled initial states, and a sequence with changing friction. `cycle_dataset` l
 and harmonics; `cycle_motion` is one as it is drawn: the section of the damper, both platforms, contact points and loops.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
@@ -32,8 +30,7 @@ from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.contact.protocol import OPEN, SLIP_DOWN, SLIP_UP, STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion, jamming
 from stickslip.results.schema import Result, named, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Progress, Report, silent
+from stickslip.runs.cases import Arrays, Progress, Report, all_cases, silent
 from stickslip.solve.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
 from stickslip.solve.platforms.march import PlatformState, Record
 from stickslip.solve.time.period import Method
@@ -45,7 +42,9 @@ HARMONICS = 15
 """Harmonics of the platform forces that are kept."""
 
 
-def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, marching: Marching, sentence: str) -> xr.Dataset:
+def cycle_dataset(
+    rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, marching: Marching, sentence: str
+) -> "xr.Dataset":
     """Everything about the last cycle."""
     variables = _platforms(rig, model, march) | _contact_forces(model, march) | _contact_motions(rig, model, march)
     variables |= _states(model, march) | _energies(model, march) | _section(rig)
@@ -230,7 +229,7 @@ def _elements(model: CycleModel) -> list[slice]:
     return [slice(table.friction_first[a], table.friction_first[b]) for a, b in pairwise(table.first_row)]
 
 
-def cycle_motion(dataset: xr.Dataset) -> PeriodOfMotion:
+def cycle_motion(dataset: "xr.Dataset") -> PeriodOfMotion:
     """The motion of the last cycle."""
     loops = tuple(
         LoopMotion(
@@ -255,7 +254,7 @@ def _about_mean(values: Array) -> Array:
     return np.asarray(values - values.mean(axis=0))
 
 
-def _point(dataset: xr.Dataset, k: int, motion: Array, frames: Index) -> PointMotion:
+def _point(dataset: "xr.Dataset", k: int, motion: Array, frames: Index) -> PointMotion:
     """A line of contact. Its friction and normal force act on the damper along t1 and n, since w = platform − damper."""
     place = dataset["place"].values[k]
     x, y = place
@@ -266,7 +265,7 @@ def _point(dataset: xr.Dataset, k: int, motion: Array, frames: Index) -> PointMo
     return PointMotion(str(dataset["contact"].values[k]), place, moved, states, forces @ along)
 
 
-def _face(dataset: xr.Dataset, side: str, frames: Index) -> FaceMotion:
+def _face(dataset: "xr.Dataset", side: str, frames: Index) -> FaceMotion:
     """The face of one platform, which shifts without turning."""
     own = np.flatnonzero(dataset["side"].values == side)
     places = dataset["place"].values[own]
@@ -289,7 +288,7 @@ LARGEST_ROTATION = 0.1
 class DamperCycle(Result):
     """One cycle: `dataset` (labelled, with units), the rig, the motion, the march that made it."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     rig: BetweenPlatforms
     motion: PlatformMotion
     march: SteadyCycle
@@ -453,7 +452,7 @@ class SteadyCycles(Result):
     failed: int
 
     @property
-    def dataset(self) -> xr.Dataset:
+    def dataset(self) -> "xr.Dataset":
         """All cycles along the dimension `cycle`, with `starts`, the number of starts that led to each."""
         if not self.cycles:
             raise InputError(f"None of {self.failed} starts led to a steady cycle. Take more steps, or other slider offsets.")
@@ -472,7 +471,7 @@ class DamperEvolution(Result):
     cycles: tuple[DamperCycle, ...]
 
     @property
-    def dataset(self) -> xr.Dataset:
+    def dataset(self) -> "xr.Dataset":
         """All cycles along the dimension `cycle`, with `friction` (cycle, contact)."""
         mu = np.array([cycle.dataset.attrs["friction"] for cycle in self.cycles])
         return together(self.cycles).assign(friction=named(("cycle", "contact"), mu, "friction coefficient"))
@@ -488,7 +487,7 @@ def _animated(cycles: Sequence[DamperCycle], cycle: int) -> Any:
     return cycles[between("cycle", cycle, 1, len(cycles)) - 1].animate()
 
 
-def together(cycles: Sequence[DamperCycle]) -> xr.Dataset:
+def together(cycles: Sequence[DamperCycle]) -> "xr.Dataset":
     """Cycles of one damper under one motion as one dataset; their outcomes and sentences as variables."""
     found = xr.concat([cycle.dataset for cycle in cycles], "cycle", combine_attrs="drop_conflicts")
     for key, words in (("outcome", "how the search ended"), ("message", "the outcome in words")):

@@ -35,8 +35,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.schema import Result, named, stacked, variables_in
 from stickslip.results.view import length_text
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import Point
 from stickslip.solve.balance.fourier import of_attribute, real_harmonics
 from stickslip.solve.balance.mode_balance import ModeBalance

@@ -20,17 +20,16 @@ from stickslip.analyses.isolated import ModeMotions
 from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
 from stickslip.analyses.modes.synthesis import Synthesis
 from stickslip.analyses.peak_shapes import ROUNDS, SETTLED, few_combinations, scaled
-from stickslip.analyses.response_dataset import ContactRows, parts
+from stickslip.analyses.response_dataset import ContactRows, labels_of, parts
 from stickslip.analyses.settings import AnyProblem, Execution, OneOf, OutputNumber, Samples, Setting, Settings, output_of
 from stickslip.analyses.solved_points import with_shape_forces
-from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import finer, with_forces
 from stickslip.model.rigs import single_mass
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
-from stickslip.results.schema import named, stacked, variables_in
+from stickslip.results.schema import described, named, stacked, variables_in
 from stickslip.results.view import spread
-from stickslip.runs.work import Arrays, Progress, Report
+from stickslip.runs.cases import Arrays, Progress, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import (
@@ -46,17 +45,7 @@ from stickslip.solve.balance.fourier import (
 )
 from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance, mode_energy
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.curves.mode_curve import (
-    BEFORE_SLIP,
-    BEYOND_SLIP,
-    NODE,
-    ModeCurve,
-    first_harmonic_pace,
-    followed,
-    pace,
-    slip_level,
-    solve_mode,
-)
+from stickslip.solve.curves import mode_curve
 from stickslip.support.checks import (
     Array,
     InputError,
@@ -206,8 +195,8 @@ def with_peaks(dataset: xr.Dataset, problem: Problem, levels: Sequence[float] = 
             _fill_levels(data, case, synthesis, levels, dataset, problem)
             said.append(_misses(np.array(levels), *(data[name][case] for name in ("level_amplitude", "level_solved_amplitude"))))
         warnings.append(" ".join(filter(None, said)))
-    described = {name: named(dims, data[name], words, units) for name, (dims, units, words) in names.items()}
-    found = dataset.assign(described).assign(
+    peaks = {name: named(dims, data[name], words, units) for name, (dims, units, words) in names.items()}
+    found = dataset.assign(peaks).assign(
         synthesis_message=named("case", np.array(messages, dtype=np.str_), "why there are no peaks of force levels"),
         synthesis_warning=named("case", np.array(warnings, dtype=np.str_), "why peaks of force levels may be wrong"),
     )
@@ -407,7 +396,7 @@ class Modes(Settings):
                 for case, words in enumerate(work.words):
                     progress(case / len(work.modes), f"{words} on {work.problem.structure.size} coordinates")
                     balance = work.balance(case)
-                    points = [point.point for point in followed(balance, *work.levels(balance))]
+                    points = [point.point for point in mode_curve.followed(balance, *work.levels(balance))]
                     if number and points:
                         error, solved = work.mesh_errors(balance, points)
                         errors.append(error)
@@ -422,7 +411,7 @@ class Modes(Settings):
                 work = replace(work, problem=with_forces(work.problem, few_combinations(np.hstack(forces), share), share))
         return work
 
-    def errors_on_mesh(self, balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
+    def errors_on_mesh(self, balance: ModeBalance, curve: mode_curve.ModeCurve) -> dict[str, NDArray[Any]]:
         """The variable with the errors of a curve of a finite-element model."""
         points = [point.point for point in curve.points]
         return {MESH_ERRORS: self.mesh_errors(balance, points)[0]} if balance.problem.mesh and points else {}
@@ -464,10 +453,10 @@ class Modes(Settings):
     def levels(self, balance: ModeBalance) -> tuple[float, float]:
         """The path parameter at both ends of the curve."""
         if self.amplitude is None:
-            slip = slip_level(balance)
-            return slip + float(np.log(BEFORE_SLIP)), slip + float(np.log(BEYOND_SLIP))
+            slip = mode_curve.slip_level(balance)
+            return slip + float(np.log(mode_curve.BEFORE_SLIP)), slip + float(np.log(mode_curve.BEYOND_SLIP))
         shape = np.abs(balance.shape[balance.rows :])
-        if shape[self.output] <= NODE * balance.largest_motion:
+        if shape[self.output] <= mode_curve.NODE * balance.largest_motion:
             what = f"Output {self.problem.output_names[self.output]!r}"
             raise fault(what, "must move in the mode, since amplitudes are given at it", float(shape[self.output]))
         low, high = (balance.level_of(end / float(shape[self.output])) for end in ends_of("amplitude", self.amplitude))
@@ -489,7 +478,7 @@ class NonlinearModesWork(Modes, Execution):
         """The arrays of the curve of one mode."""
         started = time.process_time()
         balance = self.balance(case)
-        curve = solve_mode(balance, *self.levels(balance), report)
+        curve = mode_curve.solve_mode(balance, *self.levels(balance), report)
         arrays = mode_arrays(balance, curve) | self.errors_on_mesh(balance, curve)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
@@ -520,21 +509,21 @@ def with_decays(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
         for number, sizes in zip(dataset["mode_number"].values, dataset["modal_amplitude"].values, strict=True):
             balance = ModeBalance(problem, kept, int(dataset.attrs["samples"]), int(number) - 1, extended)
             known = sizes[np.isfinite(sizes)]
-            curve = ModeCurve((), Outcome.NOT_CONVERGED, "")
+            curve = mode_curve.ModeCurve((), Outcome.NOT_CONVERGED, "")
             if known.size:
-                curve = solve_mode(balance, balance.level_of(float(known[0])), balance.level_of(float(known[-1])))
+                curve = mode_curve.solve_mode(balance, balance.level_of(float(known[0])), balance.level_of(float(known[-1])))
             results.append(mode_arrays(balance, curve) | decay_arrays(balance, curve))
     return modes_dataset(problem, results, dict(dataset.attrs))
 
 
-def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
+def mode_arrays(balance: ModeBalance, curve: mode_curve.ModeCurve) -> dict[str, NDArray[Any]]:
     """The variables of one curve by name, without the axis `case`."""
     rows, met, places = ContactRows(balance.problem), dict[tuple[int, int], float](), []
     for point in curve.points:
         values, strongest = point_values(balance, rows, point.evaluation)
         values |= {"iterations": point.iterations, "active_rows": point.active}
-        values |= dict(zip(("amplitude_slope", "frequency_slope", "damping_slope"), pace(point), strict=True))
-        values["shape_slope"] = parts(first_harmonic_pace(balance, point))
+        values |= dict(zip(("amplitude_slope", "frequency_slope", "damping_slope"), mode_curve.pace(point), strict=True))
+        values["shape_slope"] = parts(mode_curve.first_harmonic_pace(balance, point))
         places.append(values)
         if strongest is not None:
             met.setdefault(strongest, balance.amplitude_of(point.point))
@@ -559,7 +548,7 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
     }
 
 
-def decay_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
+def decay_arrays(balance: ModeBalance, curve: mode_curve.ModeCurve) -> dict[str, NDArray[Any]]:
     """The variables of decays of one curve by name, without the axis `case`."""
     decay, energies = slow_decay(balance, curve.points), [mode_energy(balance, point.evaluation) for point in curve.points]
     shared = np.array([energy.resonant > INTERNAL for energy in energies], dtype=bool)
@@ -638,11 +627,6 @@ def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, 
 
 def labels(problem: Problem) -> dict[str, Any]:
     """The coordinates of modes and limit cycles that the problem gives."""
-    return {
-        "output": named("output", list(problem.output_names), "output"),
-        "contact": named("contact", [contact.name for contact in problem.contacts], "contact"),
-        "direction": named("direction", list(DIRECTION_NAMES), "direction of a contact"),
-        "part": named("part", ["re", "im"], "real or imaginary part"),
-        # The coordinates themselves, behind the degrees of freedom that are combinations of them.
-        "dof": named("dof", list(problem.structure.dofs[-problem.structure.size :]), "degree of freedom"),
-    }
+    # The coordinates themselves, behind the degrees of freedom that are combinations of them.
+    dofs = list(problem.structure.dofs[-problem.structure.size :])
+    return described("labels_of_modes", labels_of(problem) | {"part": ["re", "im"], "dof": dofs})

@@ -8,8 +8,6 @@ neither is the resonance, and one curve alone misleads.
 Resonance peaks along any parameter of a problem: force, preload, friction, stiffness, or several scaled together.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -21,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.performance.work import (
     OPTIMUM,
+    OverRatios,
     PerformanceWork,
     Pull,
     centrifugal_pull,
@@ -30,11 +29,7 @@ from stickslip.analyses.performance.work import (
 )
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
-    Execution,
-    MeasuredOutput,
-    OfProblem,
     Rule,
-    Sampled,
     Seed,
     Setting,
     Share,
@@ -44,15 +39,12 @@ from stickslip.analyses.settings import (
     made,
     maker,
     output_of,
-    over_a_band,
-    ratios_of,
     takes,
 )
 from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result, named, stacked, tabulated, variables_in
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Progress
+from stickslip.runs.cases import Arrays, Progress, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.balance.measure import Measure, measure_of
@@ -67,7 +59,7 @@ from stickslip.support.units import Band
 class PerformanceCurve(Result):
     """Curves of several friction coefficients: `dataset` with axes (case, point), a case per coefficient, points by F_C/F_E."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
     def optimum(self, case: int = 0) -> dict[str, float]:
@@ -172,34 +164,21 @@ class PerformanceBand(Result):
     bound); virgin_amplitude_per_force and solves by point.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
 
 @dataclass(frozen=True, eq=False)
-class BandSettings(Sampled, MeasuredOutput, Execution):
+class BandSettings(OverRatios):
     """What a performance band is searched for by: bounds of the peak, at the force levels of values of F_C/F_E."""
 
-    problem: OfProblem
-    force_ratio: Annotated[ArrayLike, Setting(ratios_of, "[low, high] of F_C/F_E")]
     _: KW_ONLY
-    band: Annotated[Band | None, Setting(over_a_band)] = None
     pull: Pull = None
     cloud: Annotated[int, Setting(Whole(0), "number of start states sampled at each value")] = 20
     starts: Annotated[int, Setting(Whole(0), "number of the best of these states, from each of which a search begins")] = 2
     rule: Rule = "slider_offset"
     share: Share = "contact"
     seed: Seed = 0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        output_of(self.problem, self.output)
-        fineness_of(self.harmonics, self.samples)
-
-    @property
-    def ratios(self) -> tuple[float, ...]:
-        """Values of F_C/F_E, ascending."""
-        return ratios_of("force_ratio", self.force_ratio)
 
     @cached_property
     def bounds(self) -> BoundsWork:
@@ -229,7 +208,7 @@ def performance_band(work: BandSettings) -> PerformanceBand:
     return PerformanceBand(band_dataset(work, results), work.problem)
 
 
-def band_dataset(asked: BandSettings, results: Sequence[Arrays]) -> xr.Dataset:
+def band_dataset(asked: BandSettings, results: Sequence[Arrays]) -> "xr.Dataset":
     """Bounds of the peak as a band over F_C/F_E."""
     work = asked.bounds
     bounds, unit = work.gathered(results), excitation(work.problem)
@@ -256,7 +235,7 @@ class PeakPath:
     the values between which it did. The attributes quantity and measure say what `amplitude` is of.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     events: tuple[Event, ...]
 
 
@@ -302,7 +281,7 @@ def follow_peaks(
     return PeakPath(dataset, tuple(found.events))
 
 
-def _dataset(continuation: PeakContinuation, found: ContinuedPeaks) -> xr.Dataset:
+def _dataset(continuation: PeakContinuation, found: ContinuedPeaks) -> "xr.Dataset":
     shape, measure = (len(found.values), len(found.branches)), continuation.measure
     arrays = {name: np.full(shape, np.nan) for name in ("frequency", "amplitude", "frequency_width", "on_kink")}
     for b, branch in enumerate(found.branches):

@@ -7,8 +7,6 @@ Sensitivity of the best design: slopes to both sides of every variable, and the 
 Selection of the best design over all start states with as few searches as possible.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
@@ -42,8 +40,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result, stacked, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Work, Workers, silent
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Report, Work, Workers, all_cases, silent
 from stickslip.solve.balance.fourier import MOST_SAMPLES, attribute
 from stickslip.support.checks import Array, InputError, fault, of_kind, positive, vector
 from stickslip.support.late import xr
@@ -109,7 +106,7 @@ class Designs:
     expected: how many cases a search will ask for, about, which `progress` counts.
     """
 
-    work: DesignWork
+    work: "DesignWork"
     records: list[Record]
     checkpoint: Checkpoint | None
     workers: Workers
@@ -284,7 +281,7 @@ BESIDE = 2
 class StartsWork:
     """Searches of all start states as independent cases: (design, force level, friction coefficient)."""
 
-    designs: DesignWork
+    designs: "DesignWork"
     cases: tuple[tuple[float, float], ...]
 
     @property
@@ -378,7 +375,7 @@ class DamperDesign(Result):
     the optimum, NaN where no design meets all, with its slopes to both sides and the range of every variable alone.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
 
     @property
     def optimum(self) -> dict[str, float]:
@@ -404,7 +401,7 @@ class DesignWork:
     known: int = 0
     fingerprint: str = ""
 
-    def at(self, points: Sequence[Array]) -> DesignWork:
+    def at(self, points: Sequence[Array]) -> "DesignWork":
         """The work of other designs."""
         return replace(self, points=tuple(tuple(point.tolist()) for point in points), known=0)
 
@@ -549,7 +546,7 @@ class DesignSettings(Measured, Execution):
         )
 
     @cached_property
-    def work(self) -> DesignWork:
+    def work(self) -> "DesignWork":
         """The first look at the design space: known designs, and points of a Sobol' sequence in the box of the variables."""
         box, limits = tuple(self.variables.values()), self.constraints or {}
         low, high = np.array(box).T
@@ -604,7 +601,7 @@ def finished_design(
     checkpoint: Checkpoint | None = None,
     workers: Workers = 1,
     progress: Progress = silent,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Generations and a simplex from the sampled designs, the best of all over all start states, then everything as a dataset."""
     work, generations, refinements = settings.work, settings.generations, settings.refinements
     expected = refinements + generations * len(results) + 16 * len(work.box)
@@ -620,7 +617,7 @@ def finished_design(
     return _dataset(work, designs, starts, best, design_ranges(designs, designs.records[best]))
 
 
-def no_optimum(dataset: xr.Dataset) -> str:
+def no_optimum(dataset: "xr.Dataset") -> str:
     """Why there is no best design, which design comes nearest, and what to do; "" where there is one."""
     if np.isfinite(float(dataset["optimum_peak"])):
         return ""
@@ -635,7 +632,7 @@ def no_optimum(dataset: xr.Dataset) -> str:
     )
 
 
-def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, near: DesignRanges | None) -> xr.Dataset:
+def _dataset(work: "DesignWork", designs: Designs, starts: AllStarts, best: int, near: DesignRanges | None) -> "xr.Dataset":
     conditions, records = work.conditions, designs.records
     nothing = np.full(designs.low.size, np.nan)
     values = _of_designs(designs, starts) | {

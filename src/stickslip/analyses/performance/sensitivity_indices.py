@@ -5,8 +5,6 @@ Variance-based indices of Sobol', with all parameters uniform in their ranges, a
 Resonance peaks for sampled parameter values as independent cases, the work behind `sensitivity_indices`.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -35,8 +33,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.continuation.curve_points import LostCurveError
@@ -219,7 +216,7 @@ class SensitivityIndices(Result):
     in the middle. first_order_interval, total_interval (.., 2): what 95 % of bootstrap samples of the draws give.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
 
 
 @takes(DrawsWork)
@@ -237,7 +234,7 @@ def sensitivity_indices(work: DrawsWork) -> SensitivityIndices:
     return SensitivityIndices(gathered(work, all_cases(work, work.checkpoint, work.workers, work.progress)))
 
 
-def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
+def gathered(work: DrawsWork, results: Sequence[Arrays]) -> "xr.Dataset":
     """Indices, ends and slopes as one labelled dataset."""
     shown = np.array([1.0 / work.measured.per(work.force), 1.0])
     first, drawn = results[0], np.concatenate([result["peaks"] for result in results[1:]])

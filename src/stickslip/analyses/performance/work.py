@@ -25,6 +25,7 @@ from stickslip.analyses.settings import (
     Ends,
     Execution,
     MeasuredOutput,
+    OfProblem,
     OneOf,
     ProblemWithShapes,
     Sampled,
@@ -43,7 +44,7 @@ from stickslip.model.contact.protocol import OPEN, STICK, friction_period
 from stickslip.model.loads import BaseMotion
 from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import CentrifugalLoad
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, EnergyBalance, contact_cycle, friction_limits
 from stickslip.solve.balance.linear_response import linear_peak
@@ -308,22 +309,13 @@ Pull = Annotated[float | None, Setting(positive, "centrifugal load F_C of the pr
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceWork(Sampled, MeasuredOutput, Execution):
-    """Performance curves as independent cases, a friction coefficient each."""
+class OverRatios(Sampled, MeasuredOutput, Execution):
+    """Resonances at values of F_C/F_E, in a band of the excitation."""
 
-    problem: ProblemWithShapes
+    problem: OfProblem
     force_ratio: Annotated[ArrayLike, Setting(ratios_of, "[low, high] of F_C/F_E")]
-    friction: Annotated[
-        float | Sequence[float] | None,
-        Setting(frictions_of, "friction coefficients of all contacts; default: those of the problem"),
-    ] = None
-    vary: Annotated[
-        Vary, Setting(OneOf(get_args(Vary)), "load that changes: the excitation, or the static forces and preloads")
-    ] = "force"
     _: KW_ONLY
     band: Annotated[Band | None, Setting(over_a_band)] = None
-    pull: Pull = None
-    check_every: Annotated[int, Setting(Whole(1), "points between two full sweeps that look for new peaks")] = 10
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -334,6 +326,23 @@ class PerformanceWork(Sampled, MeasuredOutput, Execution):
     def ratios(self) -> tuple[float, ...]:
         """Values of F_C/F_E, ascending."""
         return ratios_of("force_ratio", self.force_ratio)
+
+
+@dataclass(frozen=True, eq=False)
+class PerformanceWork(OverRatios):
+    """Performance curves as independent cases, a friction coefficient each."""
+
+    problem: ProblemWithShapes
+    friction: Annotated[
+        float | Sequence[float] | None,
+        Setting(frictions_of, "friction coefficients of all contacts; default: those of the problem"),
+    ] = None
+    vary: Annotated[
+        Vary, Setting(OneOf(get_args(Vary)), "load that changes: the excitation, or the static forces and preloads")
+    ] = "force"
+    _: KW_ONLY
+    pull: Pull = None
+    check_every: Annotated[int, Setting(Whole(1), "points between two full sweeps that look for new peaks")] = 10
 
     @property
     def frictions(self) -> tuple[float, ...]:

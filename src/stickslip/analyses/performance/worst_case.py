@@ -18,7 +18,7 @@ from stickslip.analyses.performance.work import resonance_band
 from stickslip.analyses.variability.bounds import UPPER, BoundsWork
 from stickslip.model.contact.point import remembering
 from stickslip.model.problem import Problem
-from stickslip.runs.work import Report
+from stickslip.runs.cases import Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle, friction_reach
 from stickslip.solve.balance.fourier import Harmonics

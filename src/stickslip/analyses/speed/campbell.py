@@ -3,8 +3,6 @@
 Interference diagram (SAFE, ZZENF) of a bladed disk: which modes the engine orders excite at one rotor speed, and how near.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cache, cached_property, partial
@@ -23,8 +21,7 @@ from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.modes import gyroscopic_modes, natural_modes
 from stickslip.results.schema import Result, described, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.support.checks import MOST, Array, Index, InputError, between, fault, of_kind, positive, several, unique, vector
 from stickslip.support.late import pd, xr
 
@@ -43,9 +40,9 @@ class Campbell(Result):
     effect. Frequencies are those in the rotating frame. For a tuned disk excited_diameter (engine_order).
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> "pd.DataFrame":
         """Crossings and margins, a row for each state, mode and engine order."""
         wanted = ("crossing_speed", "crossing_frequency", "margin", "speed_margin")
         return self.dataset[[name for name in wanted if name in self.dataset]].to_dataframe().reset_index()
@@ -199,7 +196,7 @@ class CampbellWork(Execution):
                     message[m, o] = arrays["message"][: self.points]
         return Campbell(self._dataset(values, crossing, message))
 
-    def _dataset(self, values: Array, crossing: Array, message: NDArray[Any]) -> xr.Dataset:
+    def _dataset(self, values: Array, crossing: Array, message: NDArray[Any]) -> "xr.Dataset":
         orders, (frequency, whirls, amplitude) = np.array(self.engine_orders), values[..., : self.points]
         found = {"frequency": frequency, "amplitude": amplitude[2], "message": message.astype(np.str_)}
         found |= {"crossing_speed": crossing, "crossing_frequency": orders * crossing / 60.0}
@@ -292,9 +289,9 @@ class InterferenceDiagram(Result):
     excitation_frequency EO Ω [Hz]; mode of the nearest frequency at that diameter and its margin f/(EO Ω) − 1, nearest_mode and
     disk_margin (disk_state, engine_order)."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> "pd.DataFrame":
         """Nearest modes and margins, a row for each engine order and state."""
         names = ["excited_diameter", "wave", "excitation_frequency", "nearest_mode", "disk_margin"]
         return self.dataset[names].to_dataframe().reset_index()

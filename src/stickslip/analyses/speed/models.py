@@ -8,8 +8,6 @@ K' = W K″ Wᴴ, WᴴMW = M, and K = Wˢ (K + s (K″ − K)) W⁻ˢ. Without t
 among themselves, as by stress stiffening, remain linear.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -46,7 +44,7 @@ class Turning:
     real: bool
 
     @classmethod
-    def between(cls, M: NDArray[Any], first: NDArray[Any], last: NDArray[Any]) -> Turning:
+    def between(cls, M: NDArray[Any], first: NDArray[Any], last: NDArray[Any]) -> "Turning":
         """From M, positive definite, and K at both ends.
 
         S = (K² − c²M²)(K² + c²M²)⁻¹ in coordinates in which M = 1 is −1 for motions much softer than c and 1 for stiffer ones, W
@@ -176,7 +174,7 @@ def _waves_between(one: CyclicStructure, other: CyclicStructure, share: float) -
 
 
 @lru_cache(maxsize=2)
-def _turnings(one: CyclicStructure, other: CyclicStructure) -> list[Turning]:
+def _turnings(one: CyclicStructure, other: CyclicStructure) -> "list[Turning]":
     """How K turns at each nodal diameter: kept, since a curve asks for many speeds between the same two."""
     assert one.masses is not None
     return [Turning.between(*each) for each in zip(one.masses, one.whole_stiffness, other.whole_stiffness, strict=True)]

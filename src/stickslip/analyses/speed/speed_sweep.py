@@ -33,8 +33,7 @@ from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
 from stickslip.results.schema import Result, named, stacked, tabulated
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.fourier import MOST_SAMPLES
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, from_rest, loads_of_steps, march, no_history, state_at
 from stickslip.solve.time.period import DEFAULT_METHOD, Method, march_period, refuse_waves, settle, time_model

@@ -11,8 +11,6 @@ The search at neighbouring frequencies, or of peaks at several force levels, as 
 Bounds and nominal response in one dataset, for one results file and one report.
 """
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Sequence
@@ -48,8 +46,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import with_forces
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.schema import ATTRIBUTE, Result, named, variables_in
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance, contact_cycle
 from stickslip.solve.balance.fourier import attribute
@@ -331,7 +328,7 @@ class BoundsWork(OneBalance, AtLevels, Sampled, MeasuredOutput, Execution):
         effort = PEAK_EFFORT if self.objective == "peak" else None
         return BoundsSearch(places, cloud, self.starts, effort, self.seed, falling=self.objective == "loss_factor")
 
-    def gathered(self, results: Sequence[Arrays]) -> xr.Dataset:
+    def gathered(self, results: Sequence[Arrays]) -> "xr.Dataset":
         """All cases as one labelled dataset."""
         data, measured = {}, {"units": self.measured.reported_units(levels_are_newtons(self.problem))}
         for name in (each for each in VARIABLES if each in results[0]):
@@ -377,7 +374,7 @@ class ResponseBounds(Result):
     For the peak there is one entry along frequency, and `resonance` says where the peak is.
     """
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     problem: Problem
 
 
@@ -403,7 +400,7 @@ PREFIX = "bounds_"
 _SHARED = {"case", "force_level"}
 
 
-def attached(response: xr.Dataset, bounds: xr.Dataset) -> xr.Dataset:
+def attached(response: "xr.Dataset", bounds: "xr.Dataset") -> "xr.Dataset":
     """The response with the bounds of the same force levels; names and dimensions of the bounds begin with bounds_."""
     names = {str(name) for name in (*bounds.variables, *bounds.dims)} - _SHARED
     renamed = bounds.rename({name: PREFIX + name for name in names}).drop_vars("force_level")
@@ -411,12 +408,12 @@ def attached(response: xr.Dataset, bounds: xr.Dataset) -> xr.Dataset:
     return response.assign(renamed.variables).assign_attrs(attrs)
 
 
-def has_bounds(dataset: xr.Dataset) -> bool:
+def has_bounds(dataset: "xr.Dataset") -> bool:
     """Whether bounds are attached."""
     return PREFIX + "amplitude" in dataset.variables
 
 
-def detached(dataset: xr.Dataset) -> xr.Dataset:
+def detached(dataset: "xr.Dataset") -> "xr.Dataset":
     """The bounds of a dataset, as `response_bounds` gives them."""
     names = [name for name in dataset.variables if str(name).startswith(PREFIX)]
     bounds = dataset[names]

@@ -41,24 +41,14 @@ from stickslip.analyses.truncation import OWN_FORCES
 from stickslip.model.problem import Problem
 from stickslip.results.schema import Result, tabulated
 from stickslip.results.view import measure_in, sizes
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Progress, Report, checked_progress
+from stickslip.runs.cases import Arrays, Progress, Report, all_cases, checked_progress
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import attribute, complex_harmonics
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.continuation.newton import Correction
 from stickslip.solve.curves.curve import Curve, solve_curve, through_peaks
-from stickslip.solve.starts.states import (
-    StartSolutions,
-    StartSpace,
-    UnsolvedError,
-    march,
-    number_of_variables,
-    rule_words,
-    space_around,
-    virgin_solutions,
-)
+from stickslip.solve.starts import states
 from stickslip.support.checks import Array, InputError, among, between, fault, nearest, numbers, of_kind, positive, seed_of
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
@@ -262,7 +252,7 @@ class SamplesWork(OneBalance, AtLevels, OverBand, Sampled, Measured, Execution):
     seed: Seed = 0
     variables: Array = field(init=False, repr=False)
     """Of all start states, in [−1, 1]."""
-    explored: dict[float, tuple[StartSpace, Array | None]] = field(default_factory=dict, init=False, repr=False)
+    explored: dict[float, tuple[states.StartSpace, Array | None]] = field(default_factory=dict, init=False, repr=False)
     """What was found of the start states, by level; it travels with the work."""
 
     def __post_init__(self) -> None:
@@ -273,9 +263,9 @@ class SamplesWork(OneBalance, AtLevels, OverBand, Sampled, Measured, Execution):
     @property
     def size(self) -> int:
         """Number of variables of a start state."""
-        return number_of_variables(self.balance, self.rule, self.share)
+        return states.number_of_variables(self.balance, self.rule, self.share)
 
-    def explored_at(self, level: float) -> tuple[StartSpace, Array | None]:
+    def explored_at(self, level: float) -> tuple[states.StartSpace, Array | None]:
         """The start states at a level, and the contact forces of the solution at the first frequency whose variables are zero, if
         it was found: the first point of each case is reached from there.
         """
@@ -283,8 +273,8 @@ class SamplesWork(OneBalance, AtLevels, OverBand, Sampled, Measured, Execution):
             ends = (self.frequencies[0], 0.5 * (self.frequencies[0] + self.frequencies[-1]), self.frequencies[-1])
             omegas = [2.0 * np.pi * frequency for frequency in ends]
             with one_blas_thread():
-                virgin = virgin_solutions(self.balance, omegas, level)
-                space = space_around(self.balance, virgin, self.rule, self.share)
+                virgin = states.virgin_solutions(self.balance, omegas, level)
+                space = states.space_around(self.balance, virgin, self.rule, self.share)
             at_first = not space.prescribes and virgin[0].point.omega == omegas[0]
             self.explored[level] = space, virgin[0].point.forces if at_first else None
         return self.explored[level]
@@ -327,7 +317,7 @@ class SamplesWork(OneBalance, AtLevels, OverBand, Sampled, Measured, Execution):
     def gathered(self, curves: Sequence[Arrays]) -> ResponseSamples:
         """The samples of all cases."""
         attrs: dict[str, Any] = {
-            "rule": rule_words(self.rule),
+            "rule": states.rule_words(self.rule),
             "share": self.share,
             "seed": self.seed,
             "method": self.method,
@@ -371,7 +361,7 @@ def response_samples(work: SamplesWork) -> ResponseSamples:
 
 def start_curve(
     balance: HarmonicBalance,
-    space: StartSpace,
+    space: states.StartSpace,
     variables: Array,
     frequencies: Sequence[float],
     level: float,
@@ -385,14 +375,14 @@ def start_curve(
     virgin: contact forces of that point, if they are known; else it is solved.
     """
     omegas = [2.0 * np.pi * frequency for frequency in frequencies]
-    begin = StartSolutions(balance, space, omegas[0], level)
+    begin = states.StartSolutions(balance, space, omegas[0], level)
     try:
         if virgin is None:
             begin.solve(np.zeros(space.size))
         else:
             begin.remember(np.zeros(space.size), virgin)
         point = begin.solve(variables)[1].point
-    except UnsolvedError as reason:
+    except states.UnsolvedError as reason:
         if reason.outcome == Outcome.BODY_HELD_BY_NOTHING:
             return Curve(level, (), reason.outcome, str(reason), omegas[0], measure=measure)
         return solve_curve(space.balance(balance, variables), omegas, level, exactly, report, measure=measure)
@@ -470,7 +460,7 @@ def response_history(
     with one_blas_thread():
         balance = HarmonicBalance(problem, harmonics, samples)
         table = _Table(balance, levels, frequencies)
-        for k, (level, correction) in enumerate(march(balance, (2.0 * np.pi * frequencies).tolist(), levels)):
+        for k, (level, correction) in enumerate(states.march(balance, (2.0 * np.pi * frequencies).tolist(), levels)):
             progress(k / (len(levels) * frequencies.size), f"force {level:g}, {frequencies[k % frequencies.size]:.4g} Hz")
             table.fill(*divmod(k, frequencies.size), correction)
     attrs = {"harmonics": attribute(balance.harmonics), "samples": samples, "cpu_seconds": time.process_time() - started}

@@ -3,8 +3,6 @@
 Record and file are checked here; `decay_windows.py` fits the windows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -65,15 +63,15 @@ class MeasuredDecay(SavedResult):
     amplitude [m] of the displacement, frequency [Hz] and damping_ratio, each with its standard error `_error`; nonlinear modes
     beside it as of `FreeDecay`."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
 
-    def with_modes(self, modes: NonlinearModes, output: int = 0) -> MeasuredDecay:
+    def with_modes(self, modes: NonlinearModes, output: int = 0) -> "MeasuredDecay":
         """A copy that holds computed nonlinear modes too, at the output that was measured, for its figure."""
         of_kind("modes", modes, NonlinearModes)
         number = output_of(modes.problem, output)
         return replace(self, dataset=beside_modes(self.dataset, modes.with_decays().dataset.isel(output=[number])))
 
-    def with_phase_resonance(self, test: PhaseResonance) -> MeasuredDecay:
+    def with_phase_resonance(self, test: PhaseResonance) -> "MeasuredDecay":
         """A copy that holds the frequencies of a computed phase resonance test too, for its figure."""
         return replace(self, dataset=beside_phase_resonance(self.dataset, of_kind("test", test, PhaseResonance).dataset))
 
@@ -87,7 +85,7 @@ def measured_decay(
     cycles: float | None = None,
     begin: float | None = None,
     name: str = "",
-) -> MeasuredDecay:
+) -> "MeasuredDecay":
     """Amplitude, frequency and damping of a measured decay, (n,) samples at even times, s, of a displacement, velocity or
     acceleration in m, m/s or m/s².
 
@@ -166,7 +164,7 @@ def read_decay(
     units: Mapping[str, str] | None = None,
     quantity: str | None = None,
     **settings: Any,
-) -> MeasuredDecay:
+) -> "MeasuredDecay":
     """A decay from a text file with a title for each column, "time [s], acceleration [m/s2]", from vectors or structs of a MATLAB
     file (.mat), or from a time history of a universal file (58, 58b).
 
@@ -287,7 +285,7 @@ def _dominant(x: Array, step: float, band: tuple[float, float]) -> float:
     return float(hertz[inside[np.argmax(spectrum[inside])]])
 
 
-def _dataset(record: Record, windows: Sequence[Window], quantity: str, name: str) -> xr.Dataset:
+def _dataset(record: Record, windows: Sequence[Window], quantity: str, name: str) -> "xr.Dataset":
     order = record.order
     middle, size, omega, delta = (
         np.array([getattr(each, key) for each in windows]) for key in ("middle", "amplitude", "omega", "delta")

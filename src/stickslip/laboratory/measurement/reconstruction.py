@@ -7,8 +7,6 @@ Source of the motion at the right contact, "pure rolling" dr and "pure translati
 Measurement errors of a damper rig, for reconstruction and fits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
@@ -59,7 +57,7 @@ class RigErrors:
         own = {"force_x": self.zero_x, "force_y": self.zero_y}[channel]
         return self.zero if own is None else own
 
-    def with_zeros(self, zeros: Mapping[str, float]) -> RigErrors:
+    def with_zeros(self, zeros: Mapping[str, float]) -> "RigErrors":
         """A copy with the standard deviations [N] of the zeros of some cells, by channel, as load removal gives them."""
         return replace(self, **{f"zero_{channel[-1]}": error for channel, error in zeros.items()})
 
@@ -126,7 +124,7 @@ class Geometry:
     right_radius: float
 
     @classmethod
-    def of(cls, rig: BetweenPlatforms) -> Geometry:
+    def of(cls, rig: BetweenPlatforms) -> "Geometry":
         left, right = [p for p in rig.points if p.side == "left"], [p for p in rig.points if p.side == "right"]
         arms = np.array([p.arm for p in left])
         feet = arms[-1] - arms[0]
@@ -167,7 +165,7 @@ def reconstructed(rig: BetweenPlatforms, signals: dict[str, Array], pull: float,
     return values
 
 
-def right_motion(g: Geometry, rotation: Array, damper_y: Array, approach: Array | float = 0.0) -> dict[str, Array]:
+def right_motion(g: "Geometry", rotation: Array, damper_y: Array, approach: Array | float = 0.0) -> dict[str, Array]:
     """Rolling dr, translation ds and slip ds − dr of the cylinder on the right platform (n,) [m], each less its mean.
 
     n points into the damper. The axis O of the cylinder, at the contact plus radius × n, rises by w = y + β Ox. It moves by ds
@@ -186,14 +184,14 @@ def right_motion(g: Geometry, rotation: Array, damper_y: Array, approach: Array 
 def reconstruct(
     cycles: CycleSet,
     rig: BetweenPlatforms,
-    errors: RigErrors | None = None,
+    errors: "RigErrors | None" = None,
     *,
     pull: float | None = None,
     kn: float | None = None,
     samples: int = 500,
     draws: int = 200,
     seed: int = 0,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """The mean cycle of the quantities of `UNITS`, each with the standard deviation NAME_error from `draws` samples of the
     rig's systematic errors and of the cycles. Dimension `sample`, (samples,). Motion at the right needs rotation and damper_y
     and a single line of contact there; kn [N/m] of that line, where known, takes its normal deformation into account."""

@@ -11,11 +11,9 @@ A whole disk on few coordinates of each nodal diameter, for mistuned finite-elem
 A disk of N sectors with m degrees of freedom each has matrices of N m rows, the third power of which a mode analysis takes. The
 motion of the mistuned disk lies, but for little, in that of the tuned one at all nodal diameters n, q_n = T_n y_n, T_n (m, k):
 its stuck modes up to a frequency, and what the modes above add to the deformation of contacts, blades, loads and outputs
-(`problem/truncation.py` has the equations). The coordinates y of all sectors stand for a real structure again, whose
+(`problem/systems.py` has the equations). The coordinates y of all sectors stand for a real structure again, whose
 matrices Tᴴ A T are circulant until sectors deviate (Ritz). Dampers keep their own degrees of freedom, so that one may be missing.
 """
-
-from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -32,8 +30,7 @@ from stickslip.model.contact.point import Contact, OnSurface, TractionRatio
 from stickslip.model.loads import BaseMotion, Force, Output, excited_harmonics
 from stickslip.model.problem import Problem, modal_damping_matrix
 from stickslip.model.problem.speed import SpeedDependence
-from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave
-from stickslip.model.problem.truncation import kept_shapes, load_and_output_rows
+from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave, kept_shapes, load_and_output_rows
 from stickslip.model.structure.aerodynamics import Aerodynamics, WaveStiffness
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, WaveMatrices, Waves, circulant, of_all_sectors, sector_name
 from stickslip.model.structure.matrices import ModalDamping, RayleighDamping, Structure
@@ -58,7 +55,7 @@ class SectorSystems(HarmonicSystems):
     one_frame = False
     one_for_vibration = False
 
-    def __init__(self, disk: TunedDisk) -> None:
+    def __init__(self, disk: "TunedDisk") -> None:
         super().__init__(disk)
         self.disk, self.engine_order, self.sectors, self.gas = disk.disk, disk.engine_order, disk.sectors, disk.wave_stiffnesses
         self.repeats = self.sample_multiple = repeats(disk.sectors, disk.engine_order)
@@ -183,7 +180,7 @@ class AllSectorSystems(HarmonicSystems):
 
     one_frame = False
 
-    def __init__(self, disk: FullDisk) -> None:
+    def __init__(self, disk: "FullDisk") -> None:
         super().__init__(disk)
         self.sectors, self.gas = disk.sectors, disk.aerodynamics
         self.sample_multiple = repeats(disk.sectors, disk.engine_order)
@@ -470,7 +467,7 @@ class TunedDisk(Problem):
         """A copy with other gas forces that go with the motion; none given: without them."""
         return replace(self, aerodynamics=aerodynamics)
 
-    def full(self, reported: Sequence[int] | None = None, shapes: Waves | None = None) -> FullDisk:
+    def full(self, reported: Sequence[int] | None = None, shapes: Waves | None = None) -> "FullDisk":
         """The whole disk, every sector and damper of its own, names "SECTOR/NODE.DIRECTION", sectors from 1 on.
 
         reported: sectors whose outputs are reported, all unless given. The structure, damping and loads are those of the tuned
@@ -572,7 +569,7 @@ LARGE = 2000
 """Degrees of freedom of a whole disk from which on it is put on few coordinates."""
 
 
-def few_waves(disk: TunedDisk, modes_to: float, blade: Sequence[str] = (), deviation: float = 0.0) -> Waves:
+def few_waves(disk: "TunedDisk", modes_to: float, blade: Sequence[str] = (), deviation: float = 0.0) -> Waves:
     """T_n of each nodal diameter, (N//2 + 1, m, k), with k the same for all.
 
     modes_to [Hz]: natural frequency up to which the modes of every nodal diameter are kept whole; blade: degrees of freedom of a
@@ -586,7 +583,7 @@ def few_waves(disk: TunedDisk, modes_to: float, blade: Sequence[str] = (), devia
     return np.array([_with_damper(disk, shapes) for shapes in few], dtype=complex)
 
 
-def most_coordinates(disk: TunedDisk, modes_to: float, blade: Sequence[str]) -> int:
+def most_coordinates(disk: "TunedDisk", modes_to: float, blade: Sequence[str]) -> int:
     """An upper bound of k of `few_waves`, from the nodal diameter that is excited."""
     modes = int(np.count_nonzero(disk.frequencies(stuck=True) <= modes_to))
     return modes + len(disk.contact_stiffness) + len(disk.forces) + len(disk.outputs) + len(blade) + len(loose_dofs(disk))
@@ -602,7 +599,7 @@ class _StuckWave:
     rows: NDArray[Any]
 
     @classmethod
-    def of(cls, disk: TunedDisk, n: int, blade: Sequence[str], deviation: float) -> Self:
+    def of(cls, disk: "TunedDisk", n: int, blade: Sequence[str], deviation: float) -> Self:
         M: NDArray[Any] = disk.disk.at(n).M
         stuck: NDArray[Any] = disk.systems.stuck_stiffness(n)
         B: NDArray[Any] = disk.systems.relative_rows(n)
@@ -624,20 +621,20 @@ class _StuckWave:
         return self.modes[:, low:] @ vectors, np.pad(sizes**2, (0, len(vectors) - sizes.size))
 
 
-def blade_motion(disk: TunedDisk, n: int, blade: Sequence[str]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def blade_motion(disk: "TunedDisk", n: int, blade: Sequence[str]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """How a blade b moves relative to the rest, [I −Ψ] = K_bb⁻¹ K_b of nodal diameter n, (b, m), and K_bb."""
     K, b = disk.disk.at(n).K, [disk.structure.index(dof) for dof in blade]
     K_bb = K[np.ix_(b, b)]
     return np.asarray(linalg.solve(K_bb, K[b], assume_a="pos")), K_bb
 
 
-def loose_dofs(disk: TunedDisk) -> list[str]:
+def loose_dofs(disk: "TunedDisk") -> list[str]:
     """Degrees of freedom of a sector that no stiffness holds but that of contacts: its damper."""
     held = np.abs(np.asarray(disk.disk.stiffnesses)).max(axis=(0, 2))
     return [dof for dof, stiffness in zip(disk.structure.dofs, held, strict=True) if stiffness == 0.0]
 
 
-def _with_damper(disk: TunedDisk, shapes: NDArray[Any]) -> NDArray[Any]:
+def _with_damper(disk: "TunedDisk", shapes: NDArray[Any]) -> NDArray[Any]:
     """Shapes (m, k + d) whose span holds those given (m, k) and every motion of the d degrees of freedom of the damper alone."""
     loose = [disk.structure.index(dof) for dof in loose_dofs(disk)]
     held = np.setdiff1d(np.arange(len(shapes)), loose)

@@ -15,21 +15,16 @@ and cubic springs are outside of it, as are gas forces that go with the displace
 alone, which do no work.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.point import contact_table
-from stickslip.model.problem.problem import HELD_ALONE
+from stickslip.model.problem.problem import HELD_ALONE, Problem
 from stickslip.support.checks import SMALLEST, is_definite
-
-if TYPE_CHECKING:
-    from stickslip.model.problem import Problem
 
 
 class Contraction(IntEnum):

@@ -10,13 +10,11 @@ loads of two steps all static forces, preloads and gaps change together, in as m
 of the first step are there from the beginning.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,12 +22,10 @@ from stickslip.model.contact.point import Contact, OnSurface, SliderOffset, Star
 from stickslip.model.loads import Force
 from stickslip.model.problem.at_rest import Rest, at_rest, rest_variables
 from stickslip.model.problem.meshed import resting
+from stickslip.model.problem.problem import Problem
 from stickslip.model.problem.speed import refuse_speed
 from stickslip.support.checks import Array, InputError, fault, finite, listed, nearest, several
 from stickslip.support.machine import one_blas_thread
-
-if TYPE_CHECKING:
-    from stickslip.model.problem.problem import Problem
 
 
 @dataclass(frozen=True)

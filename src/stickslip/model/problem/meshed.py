@@ -11,7 +11,7 @@ from stickslip.model.loads import Force, Output
 from stickslip.model.problem.at_rest import Rest
 from stickslip.model.problem.problem import Mesh, Problem
 from stickslip.model.problem.speed import CentrifugalLoad
-from stickslip.model.problem.truncation import REACH
+from stickslip.model.problem.systems import REACH
 from stickslip.model.structure.matrices import Report, SparseStructure
 from stickslip.model.structure.stuck_mesh import NEGLIGIBLE, StuckMesh, quiet
 from stickslip.support.checks import Array, counted

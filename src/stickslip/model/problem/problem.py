@@ -15,8 +15,7 @@ from scipy import linalg
 from stickslip.model.contact.point import Contact, Start, contact_table, stuck_stiffness
 from stickslip.model.loads import BaseMotion, Force, Output
 from stickslip.model.problem.speed import SpeedDependence, inertia_along
-from stickslip.model.problem.systems import HarmonicSystems, loose_motions
-from stickslip.model.problem.truncation import truncated
+from stickslip.model.problem.systems import HarmonicSystems, loose_motions, truncated
 from stickslip.model.problem.warnings import warnings_of
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.matrices import AerodynamicDamping, Damping, Dashpot, ModalDamping, RayleighDamping, Structure
@@ -383,7 +382,7 @@ class Problem:
         shapes that contacts, loads and outputs feel. All contacts stay.
 
         `forced_response` does so by itself where contacts are many. Source: R. H. MacNeal, Comput. Struct. 1 (1971) 581-601, for
-        residual flexibility; the choice of the shapes is ours (`model/problem/truncation.py`).
+        residual flexibility; the choice of the shapes is ours (`model/problem/systems.py`).
         """
         return truncated(self, modes_to)
 

@@ -1,8 +1,6 @@
 """How a problem goes with the time of its excitation: in steady rotation, with the rotor speed that it follows, and over several
 of its periods."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -137,7 +135,7 @@ class SpeedDependence:
         return omega / self.engine_order
 
 
-def refuse_speed(problem: Problem, what: str) -> None:
+def refuse_speed(problem: "Problem", what: str) -> None:
     """Refuse a problem of many speeds where one is needed."""
     if problem.speed is not None:
         raise InputError(
@@ -149,7 +147,7 @@ def refuse_speed(problem: Problem, what: str) -> None:
 MOST_PERIODS = 16
 
 
-def over_periods(problem: Problem, periods: int) -> Problem:
+def over_periods(problem: "Problem", periods: int) -> "Problem":
     """The problem over p periods of its excitation as one period of its own, of angular frequency ω/p: harmonic h of a load
     becomes harmonic p h. Refused for tuned disks, whose waves of a fraction of the engine order do not exist."""
     if between("periods", periods, 1, MOST_PERIODS) == 1:

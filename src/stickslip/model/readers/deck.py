@@ -11,8 +11,6 @@ centrifugal load would be wrong if it were taken for the x of the model.
 Where the nodes of an input deck lie: in axes of *SYSTEM, in cylindrical coordinates, on lines and arcs, in instances.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -248,8 +246,8 @@ class Deck:
     cells: Cells = field(default_factory=dict)
     turned: NodeAxes = field(default_factory=NodeAxes)
     rows: tuple[str, ...] = ()
-    solids: Solids | None = None
-    others: Sequence[tuple[Card, bool]] = ()
+    solids: "Solids | None" = None
+    others: "Sequence[tuple[Card, bool]]" = ()
 
 
 @dataclass
@@ -293,7 +291,7 @@ class CardList:
     sign: str = ""
 
     @classmethod
-    def of(cls, name: str, letters: int | None = None, sign: str = "") -> CardList:
+    def of(cls, name: str, letters: int | None = None, sign: str = "") -> "CardList":
         """The cards of a format by its name; letters: how many of a card count."""
         listed = tomllib.loads(files("stickslip.model.readers").joinpath("cards.toml").read_text(encoding="utf-8"))[name]
         obeyed, harmless = (frozenset(card[:letters] for card in listed[key]) for key in ("obeyed", "harmless"))
@@ -311,7 +309,7 @@ class CardList:
 class CardsMet:
     """The cards of one deck that are not obeyed, for its notes."""
 
-    cards: CardList
+    cards: "CardList"
     missing: dict[str, str] = field(default_factory=dict)
     unknown: dict[str, str] = field(default_factory=dict)
 
@@ -392,7 +390,7 @@ class Turning(NamedTuple):
     b: Point
     origin: Point = (0.0, 0.0, 0.0)
 
-    def moved(self, motion: Callable[[Point], Point]) -> Turning:
+    def moved(self, motion: Callable[[Point], Point]) -> "Turning":
         """With the instance that it stands in."""
         return self._replace(a=motion(self.a), b=motion(self.b), origin=motion(self.origin))
 

@@ -5,8 +5,6 @@ Raw content of a model file, as every reader returns it: matrices, names, coordi
 Description of a model for `stickslip info`: size, mass, extent, first modes, rigid motions and warnings.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -4,8 +4,6 @@ The model is one sector with both faces free: the ties of a cyclic analysis must
 one turned by 2π/N about the axis. Its nodes are paired by their coordinates; where they do not match, why, or interpolation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256

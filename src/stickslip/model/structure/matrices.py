@@ -4,8 +4,6 @@ Its damping is a matrix C, Rayleigh damping, or modal damping on free or stuck m
 its contacts reduce stay sparse; large ones are checked to be square, finite and symmetric.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -131,10 +129,10 @@ class Structure:
     mesh_points: Array = field(default_factory=lambda: np.zeros((0, 3)), kw_only=True)
     mesh_triangles: Index = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64), kw_only=True)
     outlines: Mapping[str, Array] = field(default_factory=dict, kw_only=True)
-    surfaces: tuple[MeshSurface, ...] = field(default=(), kw_only=True)
-    stresses: tuple[StressRecovery, ...] = field(default=(), kw_only=True)
+    surfaces: "tuple[MeshSurface, ...]" = field(default=(), kw_only=True)
+    stresses: "tuple[StressRecovery, ...]" = field(default=(), kw_only=True)
     shapes: Array | None = field(default=None, kw_only=True)
-    centrifugal: CentrifugalLoads | None = field(default=None, kw_only=True)
+    centrifugal: "CentrifugalLoads | None" = field(default=None, kw_only=True)
     softening: Array | None = field(default=None, kw_only=True)
     coriolis: Array | None = field(default=None, kw_only=True)
 
@@ -218,7 +216,7 @@ class Structure:
             np.add.at(rows, at, values[:, None] * self.shapes[columns])
         return rows
 
-    def shifted(self, by: Sequence[float]) -> Structure:
+    def shifted(self, by: Sequence[float]) -> "Structure":
         """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""
         step = checks.vector("by", by, 3)
         x, y, z = step.tolist()
@@ -229,7 +227,7 @@ class Structure:
         moved = replace(self, nodes=nodes, mesh_points=self.mesh_points + step, outlines=outlines, surfaces=surfaces)
         return replace(moved, centrifugal=loads)
 
-    def with_damping(self, damping: Damping | Array | None) -> Structure:
+    def with_damping(self, damping: Damping | Array | None) -> "Structure":
         """A copy with another damping: a rule, a matrix C, or none."""
         if isinstance(damping, ModalDamping | RayleighDamping | None):
             return replace(self, C=None, damping=damping)

@@ -5,8 +5,6 @@ What is seen as a study file, and as Python code.
 Serving of the page: on the loopback alone, under a random token, until Ctrl-C.
 """
 
-from __future__ import annotations
-
 import secrets
 import socket
 import time
@@ -20,11 +18,11 @@ import numpy as np
 from dash import ALL, MATCH, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 
 from stickslip.analyses.settings import ForcedResponseSettings, marks
-from stickslip.show.explorer import figures
+from stickslip.show.explorer import solving
 from stickslip.show.explorer.solving import COARSE, OutdatedError, Slider, Solver, Values, varied
+from stickslip.show.plots.deformed_shape import CONFIG as ALONE
+from stickslip.show.plots.deformed_shape import step_script
 from stickslip.show.plots.look import spoken
-from stickslip.show.plots.moving_picture import CONFIG as ALONE
-from stickslip.show.plots.moving_picture import step_script
 from stickslip.support.checks import InputError, between, fault, nearest
 from stickslip.support.console import say
 
@@ -286,9 +284,9 @@ def _answered(solver: Solver, wanted: Wanted | None) -> Any:
         if not answer.response.dataset["frequency"].notnull().any():
             return head | {"message": " ".join(answer.sentences), "failed": True}
         return head | {
-            "figure": figures.curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"])),
-            "numbers": figures.peak_words(answer, output),
-            "changes": figures.change_words(answer, pinned, output),
+            "figure": solving.curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"])),
+            "numbers": solving.peak_words(answer, output),
+            "changes": solving.change_words(answer, pinned, output),
             "message": " ".join(answer.sentences)
             or ("" if fine else f"Preview with at most {COARSE} harmonics. The curve with the settings of the study follows."),
             "failed": False,
@@ -318,13 +316,13 @@ def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wa
         clicks_on_points = (clicked or {}).get("points", ())
         if ctx.triggered_id == "curve" and clicks_on_points:
             pinned, at = solver.answer(wanted["pinned"]), clicks_on_points[0]
-            point: int | None = figures.clicked_point(solved, pinned, output, float(at["x"]), float(at["y"]))
+            point: int | None = solving.clicked_point(solved, pinned, output, float(at["x"]), float(at["y"]))
         else:
-            point = figures.peak_place(solved, output)
+            point = solving.peak_place(solved, output)
         if point is None:
             return html.P("No point of the curve converged.")
         hertz = float(solved.response.dataset["frequency"].values[0, point])
-        drawn = figures.detail_figures(solved, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
+        drawn = solving.detail_figures(solved, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
     except InputError as error:
         return html.P(str(error))
     graphs = [_graph(number, figure) for number, figure in enumerate(drawn)]
@@ -358,7 +356,7 @@ def _performed(solver: Solver, shown: str, wanted: Wanted | None) -> Any:
         ratios = np.geomspace(ratio / RATIO_REACH, ratio * RATIO_REACH, RATIOS)
         output = _output(solver, wanted)
         curve, said = solver.performance(wanted["values"], ratios, output, str(wanted["tab"]), int(wanted["version"]))
-        return figures.performance_figure(curve, ratio, bool(wanted["dark"])), said
+        return solving.performance_figure(curve, ratio, bool(wanted["dark"])), said
     except OutdatedError:
         return no_update, no_update
     except InputError as error:

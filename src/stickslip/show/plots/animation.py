@@ -15,9 +15,9 @@ from stickslip.analyses.motion import STATES, PeriodOfMotion, Wheel, frames_of, 
 from stickslip.results.schema import in_system
 from stickslip.results.view import unit_in
 from stickslip.show.plots.chart import polygons
+from stickslip.show.plots.deformed_shape import MovingPicture, magnification, played
 from stickslip.show.plots.interactive import BASE, escaped
 from stickslip.show.plots.look import colour, house_style, plain
-from stickslip.show.plots.moving_picture import MovingPicture, magnification, played
 from stickslip.support.checks import Array
 from stickslip.support.late import Axes, Figure
 from stickslip.support.renderers import FIGURES

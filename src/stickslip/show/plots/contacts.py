@@ -1,7 +1,5 @@
 """Contacts along the curve and at the peak: hysteresis loops, states, dissipated energy and the loss factor."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -28,7 +26,7 @@ STATES = [Key("stick", Style("stick")), Key("half, half", Style("half")), Key("s
 
 
 @FIGURES.of("ForcedResponse", "loops")
-def hysteresis_loops(dataset: xr.Dataset) -> Chart:
+def hysteresis_loops(dataset: "xr.Dataset") -> Chart:
     """Contact force in N against relative displacement in µm at the highest peak: a row per contact, a column per force level."""
     rows = view.contact_rows(dataset)
     shown = view.largest_loops(dataset, rows, MOST_ROWS)
@@ -46,7 +44,7 @@ def hysteresis_loops(dataset: xr.Dataset) -> Chart:
     return Chart("Loops at the highest peak", panels, columns=len(lines) if shown else 1, note=note, legend=False)
 
 
-def loops_of(dataset: xr.Dataset, most: int, step: int = 1) -> Callable[[view.ContactRow, bool], Chart]:
+def loops_of(dataset: "xr.Dataset", most: int, step: int = 1) -> Callable[[view.ContactRow, bool], Chart]:
     """The loops of one contact at all force levels in one panel; step: of the samples drawn.
 
     What is returned draws them for a row; own: each centred and to its own size, to compare shapes.
@@ -63,7 +61,7 @@ def loops_of(dataset: xr.Dataset, most: int, step: int = 1) -> Callable[[view.Co
     return drawn
 
 
-def loops_at(dataset: xr.Dataset, rows: list[view.ContactRow], samples: int) -> Callable[[int, int], Chart]:
+def loops_at(dataset: "xr.Dataset", rows: list[view.ContactRow], samples: int) -> Callable[[int, int], Chart]:
     """The loops at a point of a curve, from the harmonics that the result keeps: corners are rounded, the force may overshoot.
 
     What is returned draws them for a case and a point.
@@ -91,13 +89,13 @@ def loops_at(dataset: xr.Dataset, rows: list[view.ContactRow], samples: int) -> 
     return drawn
 
 
-def loop_axes(dataset: xr.Dataset) -> tuple[Axis, Axis]:
+def loop_axes(dataset: "xr.Dataset") -> tuple[Axis, Axis]:
     """Of a hysteresis loop."""
     return Axis("relative displacement", view.length_unit(dataset).name), Axis("contact force", "N")
 
 
 @FIGURES.of("ForcedResponse", "states")
-def contact_states(dataset: xr.Dataset, most: int = MOST_ROWS) -> Chart:
+def contact_states(dataset: "xr.Dataset", most: int = MOST_ROWS) -> Chart:
     """Shares of the period in stick, slip and open as mixed colours: one panel a force level, one row a contact."""
     every = view.contact_rows(dataset)
     rows = every if len(every) <= MOST_NAMES else view.largest_loops(dataset, every, MOST_NAMES)
@@ -116,7 +114,7 @@ def _series(parts: Array, waves: Array) -> Array:
     return np.asarray(((parts[:, 0] + 1j * parts[:, 1]) @ waves).real)
 
 
-def _loop(dataset: xr.Dataset, case: int, row: view.ContactRow, style: Style, label: str, own: bool = False) -> Line:
+def _loop(dataset: "xr.Dataset", case: int, row: view.ContactRow, style: Style, label: str, own: bool = False) -> Line:
     """One closed loop at the highest peak."""
     motion = closed(dataset.loop_motion.values[case, row.contact, row.direction] / view.length_unit(dataset).metres)
     force = closed(dataset.loop_force.values[case, row.contact, row.direction])
@@ -131,7 +129,7 @@ def _to_own_size(values: Array) -> Array:
     return np.asarray((values - 0.5 * (low + high)) / (0.5 * (high - low) or 1.0))
 
 
-def _states_of(dataset: xr.Dataset, case: int, rows: list[view.ContactRow], height: float) -> Panel:
+def _states_of(dataset: "xr.Dataset", case: int, rows: list[view.ContactRow], height: float) -> Panel:
     """The panel of one force level: a row of cells for each contact, NaN where a point did not converge."""
     hertz, title = view.frequencies(dataset, case), view.level_text(dataset, case)
     if not hertz.size or not rows:
@@ -163,7 +161,7 @@ def _state_text(shares: Array) -> str:
 
 
 @FIGURES.of("ForcedResponse", "dissipation")
-def dissipation(dataset: xr.Dataset) -> Chart:
+def dissipation(dataset: "xr.Dataset") -> Chart:
     """Energy of all contacts per period against frequency, and the share of each contact at the highest peak."""
     energies = [np.sum(view.dissipated(dataset, case), axis=1) for case in range(dataset.sizes["case"])]
     joules, unit = view.energy_unit(float(np.max(np.nan_to_num(np.concatenate(energies)), initial=0.0)))
@@ -191,7 +189,7 @@ def dissipation(dataset: xr.Dataset) -> Chart:
 
 
 @FIGURES.of("ForcedResponse", "loss_factor")
-def loss_factor(dataset: xr.Dataset) -> Chart:
+def loss_factor(dataset: "xr.Dataset") -> Chart:
     """Loss factor against frequency, one curve a force level."""
     lines = [
         Line(view.frequencies(dataset, case), view.along_curve(dataset, "loss_factor", case), **line)

@@ -5,8 +5,6 @@ Figures that notebooks show as pictures.
 Figures as PNG and SVG files, reproducible and written atomically.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -211,7 +209,7 @@ Figures = Mapping[str, Callable[[Any], "Chart | Figure"]]
 
 
 def write_figures(
-    figures: Figures, dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")
+    figures: Figures, dataset: "xr.Dataset", directory: str | Path, formats: tuple[str, ...] = ("png", "svg")
 ) -> list[Path]:
     """Every figure of a dataset in every format; returns the paths."""
     paths = []

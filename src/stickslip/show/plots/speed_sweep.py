@@ -1,7 +1,5 @@
 """Responses over the rotor speed: the curves of each engine order with their peaks, the Campbell diagram, a run-up in time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -21,7 +19,7 @@ SPEED = Axis("rotor speed", "rev/min")
 
 
 @FIGURES.of("SpeedSweep")
-def over_speed(dataset: xr.Dataset, output: int = 0, log: bool = True) -> Chart:
+def over_speed(dataset: "xr.Dataset", output: int = 0, log: bool = True) -> Chart:
     """Amplitude of an output over the speed; grey: linear, without contacts (dotted) and all stuck (dashed), at the first level;
     dots: highest peaks; dashed: unstable; of several engine orders the envelope as a wide pale line."""
     unit = unit_for(float(np.nanmax(dataset["amplitude"].values[..., output], initial=0.0)))
@@ -51,7 +49,7 @@ def over_speed(dataset: xr.Dataset, output: int = 0, log: bool = True) -> Chart:
     )
 
 
-def _curve(dataset: xr.Dataset, place: tuple[int, int], output: int, unit: Length, look: dict[str, Any]) -> Iterator[Layer]:
+def _curve(dataset: "xr.Dataset", place: tuple[int, int], output: int, unit: Length, look: dict[str, Any]) -> Iterator[Layer]:
     """One curve, its unstable parts dashed, and a dot at its highest peak."""
     solved = dataset["outcome"].values[place] == Outcome.CONVERGED
     speed, size = dataset["speed"].values[place][solved], dataset["amplitude"].values[place][solved, output] / unit.metres
@@ -78,7 +76,7 @@ NEAREST = 8
 
 
 @FIGURES.of("Campbell")
-def resonances(dataset: xr.Dataset) -> Chart:
+def resonances(dataset: "xr.Dataset") -> Chart:
     """Free (dotted), stuck (solid) and nonlinear resonance (dashed) over the speed, engine-order lines, dots where they cross."""
     speeds, orders = dataset["speed"].values, dataset["engine_order"].values
     layers: list[Layer] = []
@@ -104,7 +102,7 @@ def resonances(dataset: xr.Dataset) -> Chart:
 
 
 @FIGURES.of("InterferenceDiagram")
-def interference(dataset: xr.Dataset) -> Chart:
+def interference(dataset: "xr.Dataset") -> Chart:
     """Natural frequencies over the nodal diameter and the line of excitation EO Ω/60, folded at 0 and N/2; the engine orders of
     the smallest margins are named."""
     frequencies, sectors = dataset["disk_frequency"].values, int(dataset.attrs["sectors"])
@@ -130,7 +128,7 @@ def interference(dataset: xr.Dataset) -> Chart:
 
 
 @FIGURES.of("RunUp")
-def run_up(dataset: xr.Dataset) -> Chart:
+def run_up(dataset: "xr.Dataset") -> Chart:
     """Amplitude of the first harmonic of every cycle over the speed, a curve for each output, engine order and force level."""
     unit = unit_for(float(np.nanmax(dataset["amplitude"].values, initial=0.0)))
     names, lines = [str(name) for name in dataset["output"].values], []

@@ -1,7 +1,5 @@
 """Variability of responses over the start states and parameters: samples and percentiles, bounds, sensitivity indices."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +20,7 @@ EXTREME = look.Style(look.SAMPLE.colour, "dot", 1.0)
 
 
 @FIGURES.of("ResponseSamples")
-def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output: int = 0) -> Chart:
+def response_cloud(dataset: "xr.Dataset", bounds: "xr.Dataset | None" = None, output: int = 0) -> Chart:
     """Every curve, a panel per force level, the first (virgin unless a law was given) drawn out; bounds: of the same levels."""
     measure, unit = measure_in(dataset), peak_unit(dataset)
     levels, note = look.shown_levels(np.unique(dataset["force_level"].values))
@@ -48,7 +46,7 @@ def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output
 
 
 @FIGURES.of("ResponseSamples", "percentiles")
-def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Chart:
+def response_percentiles(dataset: "xr.Dataset", output: int = 0) -> Chart:
     """Median, quartiles and the middle nine tenths of the amplitude at each frequency, within the lowest and highest sample."""
     table, unit = percentiles(dataset, (0.0, *OUTER, *INNER, 50.0, 100.0), output), peak_unit(dataset)
     levels, note = look.shown_levels(table["force_level"].values)
@@ -70,7 +68,7 @@ def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Chart:
 
 
 @FIGURES.of("ResponseBounds")
-def response_bounds(dataset: xr.Dataset) -> Chart:
+def response_bounds(dataset: "xr.Dataset") -> Chart:
     """Amplitude bounds against frequency, a panel per force level, with the sampled start states; of peaks, their ranges."""
     if dataset.attrs["objective"] == "peak":
         return peak_ranges(dataset)
@@ -92,12 +90,12 @@ def response_bounds(dataset: xr.Dataset) -> Chart:
     return Chart(title, panels, note=note, shared_x=True)
 
 
-def bound_unit(dataset: xr.Dataset) -> Length:
+def bound_unit(dataset: "xr.Dataset") -> Length:
     """The unit to draw sizes in."""
     return shown_unit(dataset["amplitude"].attrs["units"], float(np.nanmax(dataset["amplitude"].values, initial=0.0)))
 
 
-def peak_ranges(dataset: xr.Dataset) -> Chart:
+def peak_ranges(dataset: "xr.Dataset") -> Chart:
     """Range of the resonance amplitude per force, and of its frequency, against the force level."""
     levels, measure, unit = dataset["force_level"].values, measure_in(dataset), bound_unit(dataset)
     divisor = unit.metres * (np.ones(levels.size) if measure.per_force else levels)
@@ -118,7 +116,7 @@ def peak_ranges(dataset: xr.Dataset) -> Chart:
 
 
 @FIGURES.of("ResponseBounds", "loss_factors")
-def loss_factors(dataset: xr.Dataset) -> Chart:
+def loss_factors(dataset: "xr.Dataset") -> Chart:
     """Loss factor along the lower (solid) and the upper bound (dash-dotted), one colour per force level."""
     names = [force_text(dataset, case) for case in range(dataset.sizes["case"])]
     across = dataset["frequency"].values if dataset.attrs["objective"] != "peak" else dataset["resonance"].values
@@ -135,7 +133,7 @@ def loss_factors(dataset: xr.Dataset) -> Chart:
 
 
 @FIGURES.of("ResponseBounds", "start_states")
-def start_states(dataset: xr.Dataset, case: int = 0) -> Chart:
+def start_states(dataset: "xr.Dataset", case: int = 0) -> Chart:
     """The start variables that make the bounds, against frequency: blue −1, white 0, red 1."""
     hertz, variables = dataset["frequency"].values, dataset["start_variable"].values[case]
     rows = variables.shape[-1]
@@ -157,7 +155,7 @@ def start_states(dataset: xr.Dataset, case: int = 0) -> Chart:
 
 
 @FIGURES.of("SensitivityIndices")
-def tornado(dataset: xr.Dataset) -> Chart:
+def tornado(dataset: "xr.Dataset") -> Chart:
     """A panel for amplitude and one for frequency: bars to the low and to the high end in per cent, one below the
     other, since both may lie on the same side; total indices beside the names."""
     measure = measure_in(dataset)

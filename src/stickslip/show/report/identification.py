@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.laboratory.identification.contact_law.result import sentences as law_sentences
-from stickslip.laboratory.identification.damper.result import chain_sentences
+from stickslip.laboratory.identification.contact_law.work import sentences as law_sentences
+from stickslip.laboratory.identification.damper.work import chain_sentences
 from stickslip.laboratory.identification.least_squares import CERTAINTY
 from stickslip.laboratory.identification.response.decay_prediction import comparison_table as decay_comparison_table
 from stickslip.laboratory.identification.response.decay_prediction import decay_table, whole_tables

@@ -32,9 +32,9 @@ from stickslip.results.schema import Certainty, analysis_of, shown_sentence, sho
 from stickslip.results.view import energy_unit, shown_unit
 from stickslip.show import report
 from stickslip.show.plots.chart import Chart, shown_chart
+from stickslip.show.plots.deformed_shape import MovingPicture
 from stickslip.show.plots.interactive import Combination, description, escaped
 from stickslip.show.plots.look import colour, house_style
-from stickslip.show.plots.moving_picture import MovingPicture
 from stickslip.support.checks import Array, fault
 from stickslip.support.late import Figure, pd, xr
 from stickslip.support.units import UnitSystem

@@ -1,13 +1,11 @@
 """Presentation of mistuned disks."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip.analyses.mistuning.population import blade_margins, quantile_interval, smallest_blade_margin
+from stickslip.analyses.mistuning.work import blade_margins, quantile_interval, smallest_blade_margin
 from stickslip.analyses.stress import has_fatigue
 from stickslip.results.schema import in_system, system_of
 from stickslip.results.view import energy_text, size_text
@@ -18,7 +16,7 @@ from stickslip.support.checks import Array, counted
 from stickslip.support.late import pd, xr
 
 
-def sentences(dataset: xr.Dataset) -> list[str]:
+def sentences(dataset: "xr.Dataset") -> list[str]:
     """The highest amplification and its blade, the tuned disk, the distribution."""
     solved = dataset.isel(sample=dataset["worst_blade"].values > 0)
     tuned, place = float(dataset["tuned_peak"]), float(dataset["tuned_peak_frequency"])
@@ -69,7 +67,7 @@ def _edge(frequencies: Array, place: float) -> str:
     return " (the edge of the band: a peak may lie beyond)" if at_end else ""
 
 
-def _stress(dataset: xr.Dataset) -> str:
+def _stress(dataset: "xr.Dataset") -> str:
     """The largest stress of all blades and samples, each blade at its largest amplitude, and that of the tuned disk."""
     stress, (factor, unit) = dataset["stress_von_mises"], in_system("MPa", system_of(dataset))
     sample, blade, place = np.unravel_index(int(np.nanargmax(stress.values)), stress.shape)
@@ -79,7 +77,7 @@ def _stress(dataset: xr.Dataset) -> str:
     return f"largest von Mises stress {sizes[0]:.4g} {unit}: {here}; of the tuned disk {sizes[1]:.4g} {unit}"
 
 
-def _fatigue(dataset: xr.Dataset) -> list[str]:
+def _fatigue(dataset: "xr.Dataset") -> list[str]:
     """The smallest fatigue margin with its blade and sample, and how margins are spread over the samples."""
     worst = smallest_blade_margin(dataset)
     if worst is None:
@@ -101,7 +99,7 @@ def _fatigue(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-def failures(dataset: xr.Dataset) -> list[str]:
+def failures(dataset: "xr.Dataset") -> list[str]:
     """Samples that failed, grouped by why."""
     reasons: dict[str, list[int]] = {}
     for sample in np.flatnonzero(dataset["worst_blade"].values == 0):
@@ -112,7 +110,7 @@ def failures(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+def tables(dataset: "xr.Dataset") -> "Mapping[str, pd.DataFrame]":
     """Every sample, and every blade of the worst one."""
     units = dataset["blade_peak"].attrs["units"]
     samples = pd.DataFrame(
@@ -143,13 +141,13 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return frames
 
 
-def _known(numbers: xr.DataArray) -> pd.Series:
+def _known(numbers: "xr.DataArray") -> "pd.Series":
     """Numbers of sectors; nothing in place of 0, where a sample failed or no damper slips."""
     found = pd.Series(numbers.values).astype("Int64")
     return found.where(found > 0)
 
 
-def figures(dataset: xr.Dataset) -> Figures:
+def figures(dataset: "xr.Dataset") -> Figures:
     """The blades of the worst sample and the dampers; of several samples the distribution and the worst blades."""
     if not np.isfinite(dataset["amplification"].values).any():
         return {}

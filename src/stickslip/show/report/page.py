@@ -32,9 +32,8 @@ from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.results.schema import Certainty, Row, system_of
 from stickslip.results.view import level_text, spread
 from stickslip.show.plots.animation import Animation
-from stickslip.show.plots.deformed_shape import DeformedShape
+from stickslip.show.plots.deformed_shape import DeformedShape, MovingPicture, step_script
 from stickslip.show.plots.disk import damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, wave_damping
-from stickslip.show.plots.moving_picture import MovingPicture, step_script
 from stickslip.show.report import sections
 from stickslip.show.report.answer import warnings_at_a_glance
 from stickslip.show.report.markup import Charts, Choice, framed, packed, picture, presentation_of, section, text

@@ -37,17 +37,9 @@ from stickslip.show.plots.response_curves import (
 )
 from stickslip.show.plots.time_response import bound_cycles, contact_forces, force_ratios, loops
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
-from stickslip.show.report.answer import error_words
-from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence, reached_sentences
+from stickslip.show.report import stress
+from stickslip.show.report.answer import bounds_failures, bounds_warnings, error_words, further_curves_sentence, reached_sentences
 from stickslip.show.report.markup import Charts, framed, hertz, number, presents, section
-from stickslip.show.report.stress import (
-    fatigue_sentences,
-    fatigue_table,
-    strain_sentences,
-    strain_table,
-    stress_sentences,
-    stress_table,
-)
 from stickslip.solve.balance.fourier import of_attribute
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import Array, counted, in_percent
@@ -190,9 +182,9 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
     lines += [*isolated_sentences(dataset), *reached_sentences(dataset)]
     lines += quantities.stability_sentences(dataset) if quantities.has_stability(dataset) else []
-    lines += stress_sentences(dataset) if has_stress(dataset) else []
-    lines += strain_sentences(dataset) if has_gauges(dataset) else []
-    return [*lines, *(fatigue_sentences(dataset) if has_fatigue(dataset) else [])]
+    lines += stress.stress_sentences(dataset) if has_stress(dataset) else []
+    lines += stress.strain_sentences(dataset) if has_gauges(dataset) else []
+    return [*lines, *(stress.fatigue_sentences(dataset) if has_fatigue(dataset) else [])]
 
 
 def _curves(dataset: xr.Dataset) -> str:
@@ -379,9 +371,9 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     frames |= {"contacts at rest": pd.DataFrame(by_surface(dataset))} if "rest_load" in dataset else {}
     frames |= {"reached": quantities.reached_table(dataset)} if "reached" in dataset else {}
     frames |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
-    frames |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
-    frames |= {"strain": strain_table(dataset)} if has_gauges(dataset) else {}
-    return frames | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
+    frames |= {"stress": stress.stress_table(dataset)} if has_stress(dataset) else {}
+    frames |= {"strain": stress.strain_table(dataset)} if has_gauges(dataset) else {}
+    return frames | ({"fatigue": stress.fatigue_table(dataset)} if has_fatigue(dataset) else {})
 
 
 presents(

@@ -1,7 +1,5 @@
 """Sections of the page, each a function from datasets to HTML. Tables carry exact SI numbers in data-value."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -18,15 +16,7 @@ from stickslip.results.view import spread
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, loops_at, loops_of, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
-from stickslip.show.report import conclusions
-from stickslip.show.report.answer import (
-    comparison,
-    engine_order,
-    highest_peaks,
-    least_certain_first,
-    peaks_at_a_glance,
-    warnings_at_a_glance,
-)
+from stickslip.show.report import answer
 from stickslip.show.report.markup import Charts, Choice, Opening, cell, framed, hertz, number, section, table, text
 from stickslip.show.report.stress import fatigue_headline
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
@@ -59,17 +49,17 @@ LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK
 def overview(datasets: Datasets, charts: Charts) -> str:
     """The answer in a few sentences, the highest peaks at a glance, and what it took to compute them; of results that can be
     compared one table, with those of each folded."""
-    compared, answered, parts, warnings = comparison(datasets), "", [], {}
+    compared, answered, parts, warnings = answer.comparison(datasets), "", [], {}
     for label, dataset in datasets.items():
         answers = [
             fatigue_headline(dataset),
-            conclusions.bounds_headline(detached(dataset)) if has_bounds(dataset) else "",
-            conclusions.further_curves_sentence(dataset),
-            " ".join(conclusions.reached_sentences(dataset)),
+            answer.bounds_headline(detached(dataset)) if has_bounds(dataset) else "",
+            answer.further_curves_sentence(dataset),
+            " ".join(answer.reached_sentences(dataset)),
         ]
         begin = f"{label}: " if compared else ""
-        own = "".join(f'<p class="headline">{text(begin + answer)}</p>' for answer in answers if answer)
-        answered, warnings[label] = answered + own, least_certain_first(dataset)
+        own = "".join(f'<p class="headline">{text(begin + sentence)}</p>' for sentence in answers if sentence)
+        answered, warnings[label] = answered + own, answer.least_certain_first(dataset)
         cases = range(dataset.sizes["case"])
         count, good = sum(view.points(dataset, c).size for c in cases), sum(view.converged_points(dataset, c).size for c in cases)
         whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
@@ -79,14 +69,14 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         how += [sentence for sentence in finer_sentences(dataset) if sentence != small]
         note = f"<details><summary>{text(solved)}</summary>{text(' '.join(how))}</details>" if how else text(solved)
         parts += [f"<h3>{text(label)}</h3>"] if len(datasets) > 1 else []
-        parts += [highest_peaks(label, dataset)] if compared else [own, peaks_at_a_glance(label, dataset)]
+        parts += [answer.highest_peaks(label, dataset)] if compared else [own, answer.peaks_at_a_glance(label, dataset)]
         parts += [f'<div class="note">{note}</div>']
     if compared:
         known = Counter(verdict for data in datasets.values() for verdict, of in quantities.verdicts(data).items() for _ in of)
         stability = ", ".join(f"{count} {verdict}" for verdict, count in known.items())
         head = f"Each result, against linear responses; its peaks: {stability}"
         each = f"<details><summary>{text(head)}</summary>{''.join(parts)}</details>"
-        parts = [compared, answered, warnings_at_a_glance(warnings), each]
+        parts = [compared, answered, answer.warnings_at_a_glance(warnings), each]
     return section("overview", "Overview", *parts)
 
 
@@ -102,7 +92,7 @@ def curves(datasets: Datasets, charts: Charts) -> str:
             Choice("Amplitude", ("absolute", "per force")),
         ]
 
-        def draw(output: str, scale: str, quantity: str, size: str, dataset: xr.Dataset = dataset) -> Chart:
+        def draw(output: str, scale: str, quantity: str, size: str, dataset: "xr.Dataset" = dataset) -> Chart:
             return response_curves(dataset, output, scale == "logarithmic", size == "per force", quantity)
 
         html += charts.place("chart-curves", draw, choices, label, _loops_of_points(dataset))
@@ -115,11 +105,11 @@ def curves(datasets: Datasets, charts: Charts) -> str:
     return section("curves", "Response curves", html, note)
 
 
-def _outputs(*datasets: xr.Dataset) -> list[str]:
+def _outputs(*datasets: "xr.Dataset") -> list[str]:
     return list(dict.fromkeys(str(name) for dataset in datasets for name in dataset.output.values))
 
 
-def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
+def _loops_of_points(dataset: "xr.Dataset") -> Opening | None:
     """Loops at points spread over the curves, the peaks among them, as many as `OPENED` allows over all force levels."""
     rows = view.contact_rows(dataset)
     if not rows:
@@ -170,9 +160,9 @@ def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets)
     said = largest.capitalize() if measure.kind == "max_abs" else first
     note = f'<p class="note">{said} {_loss_factor(datasets)}</p>'
     beyond = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit, _outside)]
-    outside = table(f"outside{place}", conclusions.OUTSIDE, heads, beyond, stacked=True) if beyond else ""
-    answer = table(f"peaks{place}", caption, heads, rows, stacked=True)
-    return answer + note + outside + _largest(measure, place, datasets, every)
+    outside = table(f"outside{place}", answer.OUTSIDE, heads, beyond, stacked=True) if beyond else ""
+    shown = table(f"peaks{place}", caption, heads, rows, stacked=True)
+    return shown + note + outside + _largest(measure, place, datasets, every)
 
 
 def _loss_factor(datasets: Datasets) -> str:
@@ -181,7 +171,7 @@ def _loss_factor(datasets: Datasets) -> str:
         "The loss factor is the energy dissipated per cycle over 2π times the largest elastic energy: 2ζ for a damping ratio ζ"
     )
     disk = ", but 4ζ in a wave that travels around a disk, whose elastic energy is constant"
-    return meaning + (disk if any(map(engine_order, datasets.values())) else "") + "."
+    return meaning + (disk if any(map(answer.engine_order, datasets.values())) else "") + "."
 
 
 def _largest(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
@@ -272,7 +262,7 @@ def failures(datasets: Datasets, charts: Charts) -> str:
     for label, dataset in datasets.items():
         count = sum(view.points(dataset, case).size for case in range(dataset.sizes["case"]))
         head = f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
-        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in conclusions.failures_of(dataset))
+        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in answer.failures_of(dataset))
         fine = f"<p>Every point converged: {counted(count, 'point')} on {counted(dataset.sizes['case'], 'curve')}.</p>"
         parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine))
     return section("failures", "What failed, and why", *parts)
@@ -304,7 +294,7 @@ def _result_head(datasets: Datasets) -> list[str]:
     return ["Result"] if len(datasets) > 1 else []
 
 
-def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: view.Length, ranked: Ranked) -> Iterator[str]:
+def _peak_rows(label: str, dataset: "xr.Dataset", several: bool, unit: view.Length, ranked: Ranked) -> Iterator[str]:
     """The peaks of every curve and output, highest first, absolute and per force."""
     measure, (factor, per_force) = view.measure_in(dataset), view.per_force_unit(dataset)
     none = "largest of the listed frequencies" if view.is_listed(dataset) else "no peak inside the band; the largest point"
@@ -323,7 +313,7 @@ def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: view.Length
                 yield f'<tr data-case="{case}" data-rank="{rank}">{cells}{cell(number(loss), loss)}</tr>'
 
 
-def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
+def _ranked(dataset: "xr.Dataset", case: int, output: int) -> Iterator[tuple[int, Array]]:
     """Rank and (frequency, size, largest, loss factor) of each peak, not per force; rank 0 for a curve without local maximum."""
     names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
     table_of_peaks = np.array([dataset[name].values[case, :, output] for name in names]).T
@@ -335,13 +325,13 @@ def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, 
         yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
 
 
-def _outside(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
+def _outside(dataset: "xr.Dataset", case: int, output: int) -> Iterator[tuple[int, Array]]:
     """The same of the peaks outside the band."""
     for rank, peak in enumerate(view.peaks_outside(dataset, case, output), start=1):
         yield rank, np.array([peak.frequency, peak.amplitude, peak.max_abs, peak.loss_factor])
 
 
-def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
+def _energy_rows(label: str, dataset: "xr.Dataset", several: bool) -> Iterator[str]:
     """What the contacts dissipate at the highest peak of each curve, and the worst measures of accuracy along it."""
     for case in range(dataset.sizes["case"]):
         peak, kept = view.highest_peak(dataset, case), view.in_band(dataset, case, view.converged_points(dataset, case))

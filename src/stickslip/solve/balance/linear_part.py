@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.model.problem import Problem
-from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave
-from stickslip.model.problem.truncation import uncoupled_beyond
+from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave, uncoupled_beyond
 from stickslip.solve.balance.fourier import Harmonics, highest, orders
 from stickslip.solve.balance.receptance import (
     BLOCK,

@@ -13,7 +13,7 @@ from stickslip.analyses.performance.worst_case import Constraint, LargestForce, 
 from stickslip.analyses.settings import made
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
-from stickslip.runs.work import Arrays, Work
+from stickslip.runs.cases import Arrays, Work
 from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Table, Words, table_of, values_of
 from stickslip.study.tables import Ends

@@ -1,7 +1,5 @@
 """Prediction of a free decay from an identification in a study: the tables [response_identification] and [decay_prediction]."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path

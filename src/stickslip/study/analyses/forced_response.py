@@ -1,7 +1,5 @@
 """Forced response in a study: its sweeps, and the stresses, stability and further curves that its tables ask for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,7 +7,7 @@ from functools import cached_property
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.structure.stress import StressRecovery
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers, silent
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Workers, silent
 from stickslip.solve.time.period import refuse_waves
 from stickslip.study import further_curves
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
@@ -24,23 +22,16 @@ class ForcedResponsePlan(Plan):
     sweep: ForcedResponseSettings
     further: further_curves.FurtherCurves
     recovery: StressRecovery | None = None
-    fatigue: Callable[[xr.Dataset], xr.Dataset] | None = None
+    fatigue: "Callable[[xr.Dataset], xr.Dataset] | None" = None
     stability: further_curves.StabilityTable | None = None
     reached: further_curves.ReachedTable | None = None
 
     @classmethod
-    def of(cls, asked: Asked) -> ForcedResponsePlan:
+    def of(cls, asked: Asked) -> "ForcedResponsePlan":
         """The plan of a study."""
-        recovery = further_curves.recovery_of(asked)
-        fatigue = further_curves.fatigue_of(asked, recovery)
-        plan = cls(
-            sweep_of(asked),
-            further_curves.FurtherCurves.of(asked),
-            recovery,
-            fatigue,
-            further_curves.stability_of(asked),
-            further_curves.reached_of(asked),
-        )
+        recovery, further = further_curves.recovery_of(asked), further_curves.FurtherCurves.of(asked)
+        fatigue, stability = further_curves.fatigue_of(asked, recovery), asked.table(further_curves.StabilityTable)
+        plan = cls(sweep_of(asked), further, recovery, fatigue, stability, further_curves.reached_of(asked))
         if plan.further.periods > 1 and plan.sweep.harmonics != "auto":
             _ = plan.works
         return plan
@@ -62,12 +53,12 @@ class ForcedResponsePlan(Plan):
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
-    ) -> xr.Dataset:
+    ) -> "xr.Dataset":
         work, curves = self.works[""].settled(list(results[""]), checkpoint, workers, progress)
         self.__dict__["works"] = {"": work}
         return self.dataset({"": curves}, progress)
 
-    def dataset(self, results: Mapping[str, Sequence[Arrays]], progress: Progress = silent) -> xr.Dataset:
+    def dataset(self, results: Mapping[str, Sequence[Arrays]], progress: Progress = silent) -> "xr.Dataset":
         work = self.works[""]
         response = self.further.added(work.gathered(results[""]), work)
         response = response if self.stability is None else response.with_stability(self.stability.highest)

@@ -12,8 +12,7 @@ from stickslip.analyses.free_decay import MOST_STEPS, FreeDecayWork, beside_mode
 from stickslip.analyses.modes.work import NonlinearModesWork, with_decays
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.readers.model import ROTATIONS
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays
+from stickslip.runs.cases import Arrays, all_cases
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.nonlinear_modes import ModesTable, modes_settings
 from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind, Works

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from stickslip.laboratory.identification.damper.model import parameters, usual_unknowns
+from stickslip.laboratory.identification.damper.fit import parameters, usual_unknowns
 from stickslip.laboratory.identification.damper.work import IdentificationWork
 from stickslip.laboratory.measurement.cycles import CycleSet, read_load_removal, whole_cycles, zeroed
 from stickslip.laboratory.measurement.reconstruction import RigErrors, damper_motion

@@ -6,8 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, Tag
 
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter
-from stickslip.analyses.mistuning.population import population_dataset, with_blade_fatigue
-from stickslip.analyses.mistuning.work import LARGEST_DRAW, PEAK_TOLERANCE, PopulationWork
+from stickslip.analyses.mistuning.work import LARGEST_DRAW, PEAK_TOLERANCE, PopulationWork, population_dataset, with_blade_fatigue
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of

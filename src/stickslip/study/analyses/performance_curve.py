@@ -12,7 +12,7 @@ from stickslip.analyses.performance.work import PerformanceWork, centrifugal_pul
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import promised
-from stickslip.runs.work import Progress
+from stickslip.runs.cases import Progress
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.fields import FORCE, Positive, Table, Units, in_si, table_of

@@ -7,7 +7,7 @@ from typing import Any
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.variability.bounds import BoundsWork, attached, refuse_discs
-from stickslip.runs.work import Arrays, Work
+from stickslip.runs.cases import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.contacts import RuleOrRules

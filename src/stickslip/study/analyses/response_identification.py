@@ -1,7 +1,5 @@
 """Identification from frequency responses in a study: the table [response_identification], files of curves and what is free."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +20,7 @@ from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.laboratory.measurement.response_table import read_measured_response, read_measured_responses
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import LEVELS_AND_PEAKS, Asked, Kind, Plan, content_of
 from stickslip.study.contacts import RuleOrRules
@@ -267,7 +265,7 @@ class ResponseIdentificationPlan(Plan):
     remark: str = ""
 
     @classmethod
-    def of(cls, asked: Asked) -> ResponseIdentificationPlan:
+    def of(cls, asked: Asked) -> "ResponseIdentificationPlan":
         """The plan of a study."""
         sweep, table = sweep_of(asked), asked.tables[TABLE]
         assert isinstance(table, CurvesTable)
@@ -367,12 +365,12 @@ class ResponseIdentificationPlan(Plan):
     def works(self) -> Mapping[str, Work]:
         return {"": self.work}
 
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> "xr.Dataset":
         return self.work.gathered(results[""], **self.about).dataset
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
-    ) -> xr.Dataset:
+    ) -> "xr.Dataset":
         """The result, with the tests left out one by one."""
         return self.work.finished(results[""], checkpoint, workers, progress, **self.about).dataset
 

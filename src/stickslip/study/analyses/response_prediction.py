@@ -1,7 +1,5 @@
 """Prediction of responses from an identification in a study: the tables [response_identification] and [response_prediction]."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property

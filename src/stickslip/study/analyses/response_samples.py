@@ -10,7 +10,7 @@ from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.variability.samples import Law, SamplesWork, named_law
-from stickslip.runs.work import Arrays
+from stickslip.runs.cases import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.contacts import RuleOrRules

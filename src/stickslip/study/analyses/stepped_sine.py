@@ -9,7 +9,7 @@ from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.stepped_sine import SteppedSineWork, beside_balance
-from stickslip.runs.work import Arrays
+from stickslip.runs.cases import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import table_of, values_of

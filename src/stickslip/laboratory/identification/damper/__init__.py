@@ -1,6 +1,5 @@
 """Contact parameters of a damper from measured cycles of its platforms' motion and forces.
 
-`work.py` has the front door, the case that studies keep and what to check before and after, `model.py` unknowns and laws of the
-lines, `fit.py` the least squares, the search and refits, `result.py` the dataset, its sentences and parameters over the
-cycles.
+`work.py` has the front door, the case that studies keep, what to check before and after, and the result; `fit.py` unknowns and
+laws of the lines, the least squares, the search and refits.
 """

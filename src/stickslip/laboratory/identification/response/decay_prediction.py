@@ -37,10 +37,9 @@ from stickslip.laboratory.identification.response.prediction_result import (
 )
 from stickslip.laboratory.measurement.decay import MeasuredDecay
 from stickslip.results.files import SavedResult
-from stickslip.results.schema import Row, named, stacked
+from stickslip.results.schema import Row, named, stacked, tabulated
 from stickslip.results.view import length_text
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import highest, of_attribute
 from stickslip.solve.curves.mode_curve import solve_mode
@@ -389,10 +388,6 @@ def predict_decay(work: DecayPredictionWork) -> DecayPrediction:
     return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 
 
-KEYS = {"frequency": ("Hz", "frequency of the decay"), "damping_ratio": ("1", "damping ratio of the decay")}
-"""What is predicted of a decay."""
-
-
 def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
     drawn = np.array([np.asarray(one["found"]) for one in results[1:]])  # (draws, 2, amplitudes)
     errors = np.asarray(results[0]["errors"])
@@ -401,20 +396,14 @@ def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset
     changes = [np.array([[draw.shift], [0.0]]) + draw.truncation * whole for draw in work.drawn[1:]]
     shifted = [values * np.exp(change) for values, change in zip(drawn, changes, strict=True)]
 
-    data: dict[str, Any] = {}
-    for k, (name, (unit, words)) in enumerate(KEYS.items()):
-        data |= of_draws(name, ("draw", "amplitude"), np.array(shifted)[:, k], words, unit)
-        what = f"estimated error of the {words} due to harmonics and samples, relative"
-        data[f"{name}_error"] = named("amplitude", errors[k], what)
     least, most = work.measured
-    inside = within(work.grid, work.measured)
-    data["interpolated"] = named("amplitude", inside, "1 within the measured amplitudes, 0 beyond them")
-    lost = np.sum(~np.isfinite(drawn[:, 0]), axis=0).astype(float)
-    data["unsolved"] = named("amplitude", lost, "draws whose mode does not reach the amplitude")
-    data["drawn"] = named(("draw", "parameter"), work.values_of(work.drawn[1:]), "drawn parameters", "as given")
-    coords = {
-        "amplitude": named("amplitude", work.grid, "amplitude of the displacement", "m"),
-        "parameter": named("parameter", list(work.population.free), "parameter"),
-    }
+    data: dict[str, Any] = {}
+    for k, name in enumerate(("frequency", "damping_ratio")):
+        data |= of_draws(name, np.array(shifted)[:, k], axis=0) | {f"{name}_error": errors[k]}
+    data["interpolated"] = within(work.grid, work.measured)
+    data["unsolved"] = np.sum(~np.isfinite(drawn[:, 0]), axis=0).astype(float)
+    data["drawn"] = work.values_of(work.drawn[1:])
+    coords = {"amplitude": work.grid, "parameter": list(work.population.free)}
     attrs = work.about_draws | {"title": "Predicted decay", "mode": work.followed, "measured_from": least, "measured_to": most}
-    return xr.Dataset(data, coords, attrs | {"cpu_seconds": sum(float(one["cpu_seconds"]) for one in results)})
+    attrs["cpu_seconds"] = sum(float(one["cpu_seconds"]) for one in results)
+    return tabulated("decay_prediction", data, coords, attrs)

@@ -3,8 +3,6 @@
 `kept_for_draws` is what the dataset of an identification keeps of its fit, `Draws` reads it and draws.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -16,7 +14,6 @@ from scipy import special
 from stickslip.laboratory.identification.least_squares import CERTAINTY, FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
 from stickslip.laboratory.identification.response.intervals import TOGETHER, FitStatistics, above_noise
-from stickslip.results.schema import named
 from stickslip.support.checks import Array, InputError
 from stickslip.support.late import xr
 
@@ -91,11 +88,11 @@ class Scatter:
 class Draws:
     """What an identification left uncertain."""
 
-    dataset: xr.Dataset
+    dataset: "xr.Dataset"
     free: Mapping[str, FreeParameter]
 
     @classmethod
-    def of(cls, dataset: xr.Dataset) -> Draws:
+    def of(cls, dataset: "xr.Dataset") -> "Draws":
         """From the dataset of an identification."""
         if "fit_covariance" not in dataset:
             raise InputError(
@@ -161,7 +158,7 @@ class Draws:
             return float(values.mean()), float(np.std(values, ddof=1)) * float(np.sqrt(1.0 + 1.0 / values.size)), values.size - 1
         return line.at(at[1]), line.spread(at[1]), values.size - 2
 
-    def _line(self, name: str, levels: Array) -> Line | None:
+    def _line(self, name: str, levels: Array) -> "Line | None":
         values = self.dataset["fit_value"].values[self._at(name)]
         return line_over(levels, values) if values.size == levels.size else None
 
@@ -249,7 +246,7 @@ class Line:
         return self.deviation * float(np.sqrt(1.0 + 1.0 / self.tests + (level - self.middle[0]) ** 2 / self.width))
 
 
-def line_over(levels: Array, values: Array) -> Line | None:
+def line_over(levels: Array, values: Array) -> "Line | None":
     """The line of values over levels (tests,), None where chance alone gives such a slope in `SIGNIFICANCE` of all cases."""
     if values.size < FEWEST_ON_A_LINE or not np.ptp(levels) > 0.0:
         return None
@@ -277,16 +274,13 @@ def interval(values: Array, axis: int = -1) -> Array:
     return found.reshape(3, *rows.shape[:-1])
 
 
-def of_draws(name: str, dims: tuple[str, ...], values: Array, words: str, units: str) -> dict[str, Any]:
-    """Variables of values along `draw` and other axes: NAME, the median of the draws, NAME_low and NAME_high, the ends of the
+def of_draws(name: str, values: Array, axis: int) -> dict[str, Array]:
+    """Variables of values along an axis of draws: NAME, the median of the draws, NAME_low and NAME_high, the ends of the
     interval, and NAME_drawn, the values."""
-    rest, rows = tuple(dim for dim in dims if dim != "draw"), interval(values, axis=dims.index("draw"))
-    ends = zip(("_low", "", "_high"), rows, ("low end of the interval", "median", "high end of the interval"), strict=True)
-    found = {f"{name}{end}": named(rest, row, f"{words}, {what} of the draws", units) for end, row, what in ends}
-    return found | {f"{name}_drawn": named(dims, values, f"{words} of each draw", units)}
+    return dict(zip((f"{name}_low", name, f"{name}_high"), interval(values, axis), strict=True)) | {f"{name}_drawn": values}
 
 
-def _own_factors(test: xr.Dataset) -> tuple[Array, Array] | None:
+def _own_factors(test: "xr.Dataset") -> tuple[Array, Array] | None:
     """Factors a and b of a test with their standard errors, (2,) each; None of too few points."""
     solved = (test["solved"].values > 0.0) & np.isfinite(test["frequency"].values)
     order = np.argsort(test["frequency"].values[solved], kind="stable")

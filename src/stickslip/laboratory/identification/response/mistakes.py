@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
+from stickslip.laboratory.identification.response.fit import GAIN, FittedTest, ResponseFit
 from stickslip.laboratory.identification.response.intervals import statistics
-from stickslip.laboratory.identification.response.model import FittedTest
 from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse
 from stickslip.support.checks import Array, counted, first_of, rounded
 

@@ -6,8 +6,6 @@ curves.
 What all predictions from an identification have in common: its draws, their problems, and how the contacts start.
 """
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -26,9 +24,8 @@ from stickslip.laboratory.identification.response.draws import Draw, Draws, of_d
 from stickslip.laboratory.identification.response.prediction_result import FINER, ResponsePrediction
 from stickslip.laboratory.measurement.measured_response import at_frequencies, curve_peak
 from stickslip.model.problem import Problem
-from stickslip.results.schema import named, stacked
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.results.schema import stacked, tabulated
+from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import highest, of_attribute
 from stickslip.solve.balance.measure import Measure, measure_of, quantity_named
@@ -53,7 +50,7 @@ class Identification(Protocol):
     """What is predicted from: the dataset of an identification, and the problem of its parameters."""
 
     @property
-    def dataset(self) -> xr.Dataset: ...
+    def dataset(self) -> "xr.Dataset": ...
 
     @property
     def problem_of(self) -> Callable[..., Problem]: ...
@@ -106,7 +103,7 @@ class DrawnProblems(Execution):
         _ = self.known_settings
 
     @property
-    def data(self) -> xr.Dataset:
+    def data(self) -> "xr.Dataset":
         """The dataset of the identification."""
         return self.identification.dataset
 
@@ -228,11 +225,7 @@ PER_FORCE = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s
 GRID = 81
 """Frequencies of the band over the whole, beside those of the curve of the identified parameters."""
 
-PEAK = {
-    "frequency": ("Hz", "frequency of the peak"),
-    "amplitude": ("", "response at the peak"),
-    "damping_ratio": ("1", "damping ratio by half power"),
-}
+PEAK = ("peak_frequency", "peak_amplitude", "damping_ratio")
 """What is predicted of a peak."""
 
 
@@ -401,7 +394,7 @@ def predict_response(work: ResponsePredictionWork) -> ResponsePrediction:
     return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 
 
-def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
+def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> "xr.Dataset":
     levels, count = work.levels[work.held], 1 + work.draws
     parts = [results[k * count : (k + 1) * count] for k in range(len(levels))]
     ends = work.ends
@@ -421,29 +414,15 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
             curves[k, n, : grid.size] = np.exp(factor) * along
         drawn = np.array([each["peak"] for each in one[1:]])
         peaks[:, k] = drawn[:, 0] * np.exp(shifts), drawn[:, 1] * np.exp(factors), drawn[:, 2]
-    units = PER_FORCE[work.measure.quantity.name] if work.held else work.measure.units
-
     data: dict[str, Any] = {}
     for name, drawn in zip(PEAK, peaks, strict=True):
-        unit, words = PEAK[name]
-        key = name if name.startswith("damping") else f"peak_{name}"
-        data |= of_draws(key, ("level", "draw"), drawn, words, unit or units)
-    data["frequency"] = named(("level", "point"), stacked(grids), "frequency", "Hz")
-    data |= of_draws("amplitude", ("level", "draw", "point"), curves, "response", units)
-    for column, key in enumerate(("frequency", "amplitude")):
-        words = f"estimated error of the peak's {PEAK[key][1]} due to harmonics and samples, relative"
-        data[f"peak_{key}_error"] = named("level", errors[:, column], words)
-    data["interpolated"] = named(
-        "level", within(np.array(levels), _measured_levels(work)), "1 within the measured levels, 0 beyond them"
-    )
-    lost = np.array([sum(not one["solved"] for one in each[1:]) for each in parts], dtype=float)
-    data["unsolved"] = named("level", lost, "draws whose curve does not reach the end of the band")
-    values = np.array([work.values_of(drawn[1:]) for drawn in work.drawn])
-    data["drawn"] = named(("level", "draw", "parameter"), values, "drawn parameters", "as given")
-    coords = {
-        "level": named("level", list(levels), "held amplitude" if work.held else "force level", work.level_units),
-        "parameter": named("parameter", list(work.population.free), "parameter"),
-    }
+        data |= of_draws(name, drawn, axis=1)
+    data |= {"frequency": stacked(grids)} | of_draws("amplitude", curves, axis=1)
+    data |= {"peak_frequency_error": errors[:, 0], "peak_amplitude_error": errors[:, 1]}
+    data["interpolated"] = within(np.array(levels), _measured_levels(work))
+    data["unsolved"] = np.array([sum(not one["solved"] for one in each[1:]) for each in parts], dtype=float)
+    data["drawn"] = np.array([work.values_of(drawn[1:]) for drawn in work.drawn])
+    coords = {"level": list(levels), "parameter": list(work.population.free)}
     low, high = _measured_levels(work)
     attributes = work.about_draws | {
         "title": "Predicted responses",
@@ -455,7 +434,10 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
         "point_noise": float(np.median(work.data.get("point_noise", work.data["point_error"]).values)),
         "cpu_seconds": sum(float(one["cpu_seconds"]) for one in results),
     }
-    return xr.Dataset(data, coords, attributes)
+    units = PER_FORCE[work.measure.quantity.name] if work.held else work.measure.units
+    found = tabulated("response_prediction", data, coords, attributes, units)
+    found["level"].attrs |= {"units": work.level_units, "long_name": "held amplitude" if work.held else "force level"}
+    return found
 
 
 def _measured_levels(work: ResponsePredictionWork) -> tuple[float, float]:

@@ -12,16 +12,14 @@ import numpy as np
 
 from stickslip.analyses.settings import OneOf, Rule, Sampled, Seed, Setting, Share, Whole, fineness_of, made, maker, takes
 from stickslip.laboratory.identification.least_squares import FreeParameter
-from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
+from stickslip.laboratory.identification.response.fit import GAIN, PHASE, FittedTest, ResponseFit
 from stickslip.laboratory.identification.response.intervals import friction_bounds, statistics
 from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone, fitted_without
-from stickslip.laboratory.identification.response.model import FittedTest
 from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit, notes
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, by_joint
 from stickslip.model.problem import Problem
 from stickslip.results.schema import stacked
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.cases import Arrays, Checkpoint, Progress, Report, Workers, all_cases, silent
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.continuation.continuation import first_point
