@@ -163,7 +163,7 @@ def _others(balance: ModeBalance, evaluation: Evaluation, slope: NDArray[np.comp
     """How much other modes move at the outputs (outputs,), relative to this one, where x falls by `pace` a radian.
 
     The first harmonic η exp(iθ) of a mode solves Z η = 0, with what its contacts do to it and with 2ζωM that feeds it. A motion
-    that falls along the mode is fed by nothing: 2iω²M (dη/dθ + ζη) is left, and moves what is orthogonal to the mode.
+    that falls along the mode needs 2iω²M dη/dθ in its place, which moves what is orthogonal to the mode.
     """
     structures, rows = balance.structures, balance.rows
     key, omega, zeta = structures.key[1], balance.omega_of(evaluation.point), balance.damping_of(evaluation.point)
@@ -175,9 +175,9 @@ def _others(balance: ModeBalance, evaluation: Evaluation, slope: NDArray[np.comp
     viscous = np.diag(damping[0]) if damping.shape[0] == 1 else damping
     Z = shapes[:rows].conj().T @ (stiffness[:, None] * shapes[:rows]) + 1j * omega * viscous
     Z += np.diag(1.0 - omega**2 * (1.0 + 2j * zeta) * mass)
-    left = 2j * omega**2 * mass * (zeta * state - pace * slope)
+    needed = -2j * omega**2 * pace * mass * slope
     bordered = np.block([[Z, (mass * state)[:, None]], [(mass * state).conj()[None], np.zeros((1, 1))]])
-    found = np.linalg.solve(bordered, np.append(-left, 0.0))[:-1]
+    found = np.linalg.solve(bordered, np.append(-needed, 0.0))[:-1]
     size = np.abs(shapes[rows:] @ state)
     return np.asarray(np.abs(shapes[rows:] @ found) / np.where(size > 0.0, size, np.nan))
 
