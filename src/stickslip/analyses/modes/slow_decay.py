@@ -176,7 +176,8 @@ def _others(balance: ModeBalance, evaluation: Evaluation, slope: NDArray[np.comp
     Z = shapes[:rows].conj().T @ (stiffness[:, None] * shapes[:rows]) + 1j * omega * viscous
     Z += np.diag(1.0 - omega**2 * (1.0 + 2j * zeta) * mass)
     needed = -2j * omega**2 * pace * mass * slope
-    bordered = np.block([[Z, (mass * state)[:, None]], [(mass * state).conj()[None], np.zeros((1, 1))]])
+    border = mass * state / np.linalg.norm(mass * state)
+    bordered = np.block([[Z, border[:, None]], [border.conj()[None], np.zeros((1, 1))]])
     found = np.linalg.solve(bordered, np.append(-needed, 0.0))[:-1]
     size = np.abs(shapes[rows:] @ state)
     return np.asarray(np.abs(shapes[rows:] @ found) / np.where(size > 0.0, size, np.nan))
