@@ -137,7 +137,7 @@ def two_masses(kt=0.5, gain=1.0):
 
 
 def test_a_mode_that_comes_close_is_said(predicted):
-    """As of a decay along the mode, where half cycles in time have up to 88 % less damping (`analyses/modes/test_slow_decay.py`)."""
+    """As of a decay along the mode, whose damping is up to 1.9 times that of half cycles (`test_slow_decay.py`)."""
     assert not any("another mode takes part" in line for line in summary(predicted.dataset))
     frequencies = np.linspace(0.165, 0.215, 21)
     data = ss.forced_response(two_masses(), frequencies.tolist(), [0.2, 1.5], **FINE).dataset
@@ -149,9 +149,9 @@ def test_a_mode_that_comes_close_is_said(predicted):
         (3.0, 30.0), mode=2, draws=20
     )
     assert sum("another mode takes part" in line for line in summary(close.dataset)) == 1
-    doubt = close.dataset["amplitude"].values[close.dataset["uncertain"].values > 0.5]
-    assert 10.0 < doubt.max() < 17.0
-    assert doubt.min() == pytest.approx(3.0)
+    apart = close.dataset["amplitude"].values[close.dataset["uncertain"].values > 0.5]
+    assert 10.0 < apart.max() < 17.0
+    assert apart.min() == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize(

@@ -237,9 +237,9 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
             f"At damping ratios above {100.0 * QUICK:.0f} % a decay is too quick to follow the nonlinear mode, and its windows "
             "average over amplitudes that differ by a third: the intervals do not include this. Compare with `free_decay` there."
         )
-    doubtful = dataset["amplitude"].values[dataset["uncertain"].values > 0.5]
-    if doubtful.size:
-        ends = " and ".join(length_text(each, dataset) for each in (doubtful.min(), doubtful.max()))
+    apart = dataset["amplitude"].values[dataset["uncertain"].values > 0.5]
+    if apart.size:
+        ends = " and ".join(length_text(each, dataset) for each in (apart.min(), apart.max()))
         found.append(
             f"Between {ends} another mode takes part in a decay, or the static forces of the contacts change faster than it "
             "follows: its damping is uncertain there, and what another mode has taken stays below. The intervals do not "
@@ -354,8 +354,8 @@ class DecayPredictionWork(DrawnProblems):
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def _along(self, number: int, harmonics: Any, samples: int, report: Report) -> Array:
-        """Frequency, damping ratio and doubt of the decay of a draw (3, amplitudes) as its measuring chain shows the amplitudes:
-        1 where the decay does not follow the mode; NaN where there is none."""
+        """Frequency and damping ratio of the decay of a draw, and 1 where it does not follow the mode (3, amplitudes), as its
+        measuring chain shows the amplitudes; NaN where there is none."""
         draw = self.drawn[number]
         problem, gain = self.problem(draw), float(np.exp(draw.gain))
         low, high = self.amplitude
@@ -374,8 +374,8 @@ class DecayPredictionWork(DrawnProblems):
         size = np.array([float(np.hypot(*one.w[row, 1:3])) for one in solved])
         frequency = np.array([balance.omega_of(one.point) / (2.0 * np.pi) for one in solved])
         decay = slow_decay(balance, curve.points)
-        doubt = decay.lags | (decay.others[:, self.output] > SHARED)
-        rows = frequency, decay.damping_ratio[:, self.output], doubt.astype(float)
+        leaves = decay.lags | (decay.others[:, self.output] > SHARED)
+        rows = frequency, decay.damping_ratio[:, self.output], leaves.astype(float)
         order, at = np.argsort(size, kind="stable"), np.log(self.grid / gain)
         return np.array([np.interp(at, np.log(size[order]), values[order], np.nan, np.nan) for values in rows])
 
@@ -419,8 +419,8 @@ def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset
     least, most = work.measured
     inside = within(work.grid, work.measured)
     data["interpolated"] = named("amplitude", inside, "1 within the measured amplitudes, 0 beyond them")
-    doubt = np.mean([np.nan_to_num(one["uncertain"]) for one in results[1:]], axis=0)
-    data["uncertain"] = named("amplitude", doubt, "share of the draws in which a decay does not follow the mode")
+    leaves = np.mean([np.nan_to_num(one["uncertain"]) for one in results[1:]], axis=0)
+    data["uncertain"] = named("amplitude", leaves, "share of the draws in which a decay does not follow the mode")
     lost = np.sum(~np.isfinite(drawn[:, 0]), axis=0).astype(float)
     data["unsolved"] = named("amplitude", lost, "draws whose mode does not reach the amplitude")
     data["drawn"] = named(("draw", "parameter"), work.values_of(work.drawn[1:]), "drawn parameters", "as given")
