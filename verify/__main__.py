@@ -1,7 +1,9 @@
 """Compute every promised number: `python -m verify [TOPIC ...]`. Writes results/verify.json, and docs/verification.md from it.
 
-A topic is a module of this folder with TITLE, ABOUT and rows(). It is kept as soon as it is finished, with its commit: without a
-TOPIC, those that this commit has finished already are left out, so an interrupted run goes on. Ends with code 1 when a row fails.
+A topic is a module of this folder with TITLE, ABOUT and rows(), and with one_seed() if they take more than a minute: a part of
+them, or the same for one seed, which `tests/project/test_verification.py` computes. A topic is kept as soon as it is finished,
+with its commit: without a TOPIC, those that this commit has finished already are left out, so an interrupted run goes on. Ends
+with code 1 when a row fails.
 """
 
 from __future__ import annotations

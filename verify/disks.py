@@ -50,6 +50,12 @@ def rows() -> Iterator[Row]:
     yield from rotating()
 
 
+def one_seed() -> Iterator[Row]:
+    """What takes least: stiffness from geometry, the lumped disk, the fitted frequencies of the meshed one."""
+    for part in (stiffness, lumped, lumped_peaks, one_against_all, meshed):
+        yield from part()
+
+
 def on_page(name: str, value: float, written: float, digits: int) -> Row:
     """A number of docs/disks.md with so many digits behind the point; one unit of the last one is allowed."""
     return absolute(name, value, written, 10.0**-digits, ON_PAGE)

@@ -58,7 +58,17 @@ class Tally:
 
 
 def rows() -> Iterator[Row]:
-    executions, before = int(os.environ.get("EXECUTIONS", "2000")), peak_memory()
+    yield from fuzzed(int(os.environ.get("EXECUTIONS", "2000")))
+
+
+def one_seed() -> Iterator[Row]:
+    """A few changes of each kind of file."""
+    yield from fuzzed(100)
+
+
+def fuzzed(executions: int) -> Iterator[Row]:
+    """All readers with so many executions of each kind of file."""
+    before = peak_memory()
     tallies: defaultdict[str, Tally] = defaultdict(Tally)
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")

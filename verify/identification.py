@@ -166,6 +166,19 @@ def rows() -> Iterator[Row]:
     yield from interval_rows(judged)
 
 
+def one_seed() -> Iterator[Row]:
+    """One set of measurements of one damper: its errors within three times those of many sets, its intervals as they are."""
+    name = "37 degrees"
+    one = outcome((name, 0))
+    yield at_most(f"{name}: 0 if it is answered", float(one is None), 0.0, "every record is good")
+    if one is not None:
+        errors, given, covered, _ = one
+        for key, accuracy in ACCURACY.items():
+            yield at_most(f"{name}, one set: {key}, error", abs(errors[key]), 3.0 * accuracy, SOURCE)
+        yield at_most(f"{name}, one set: intervals refused", float(len(given) - sum(given.values())), 0.0, "promised")
+        yield at_most(f"{name}, one set: truths outside their interval, of five", float(5 - sum(covered.values())), 1.0, "drawn")
+
+
 def with_lag(task: tuple[str, float]) -> tuple[float, float, float, float]:
     """Error of the lag that is found [ms], its standard deviation [ms], and relative errors of kt and kn."""
     name, lag = task

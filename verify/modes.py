@@ -35,6 +35,12 @@ def rows() -> Iterator[Row]:
     yield from costs()
 
 
+def one_seed() -> Iterator[Row]:
+    """The closed form, and a force level of the single blade."""
+    yield from describing_function()
+    yield from compared("Single blade", single_blade(4.6), hertz(390.0, 600.0), LEVELS["blade"][2:3], 5, 0.03)
+
+
 def exact(amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """ω and ζ of m = k = kd = Fc = 1, c = 0.02: ω² = k + k_eq, 2ζω = c_eq + c."""
     slip = np.maximum(amplitude, 1.0)

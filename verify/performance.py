@@ -36,6 +36,12 @@ def rows() -> Iterator[Row]:
     yield from dry_and_oiled()
 
 
+def one_seed() -> Iterator[Row]:
+    """The closed forms."""
+    yield from undamped()
+    yield from slopes()
+
+
 def damped() -> Iterator[Row]:
     ratios, maximised = (0.2, 0.8, 1.2, 1.5, 3.0, 10.0, 50.0), f"{CLOSED} of one harmonic, maximised"
     coarse, fine = (performance_curve(single_mass(damping=0.01, kt=KD), ratios, harmonics=1, samples=n) for n in (4096, 8192))

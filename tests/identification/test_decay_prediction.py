@@ -129,6 +129,31 @@ def test_a_quick_decay_is_said_to_be_one(predicted, ring_down):
     assert any("too quick" in line for line in summary(quick))
 
 
+def two_masses(kt=0.5, gain=1.0):
+    """The first rubs: its frequency comes to that of the second as it begins to slip."""
+    structure = ss.Structure(np.eye(2), [[1.1, -0.1], [-0.1, 1.25]], ("1.x", "2.x"), C=0.002 * np.eye(2))
+    slider = ss.Contact("slider", ss.Macroslip(kt=kt, mu=1.0, normal_load=1.0), ({"1.x": 1.0},))
+    return ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",))
+
+
+def test_a_mode_that_comes_close_is_said(predicted):
+    """As of a decay along the mode, whose damping is up to 1.9 times that of half cycles (`test_slow_decay.py`)."""
+    assert not any("another mode takes part" in line for line in summary(predicted.dataset))
+    frequencies = np.linspace(0.165, 0.215, 21)
+    data = ss.forced_response(two_masses(), frequencies.tolist(), [0.2, 1.5], **FINE).dataset
+    tests = [
+        ss.MeasuredResponse(frequencies, size, force, quantity="displacement", name=f"{force:g} N")
+        for force, size in zip((0.2, 1.5), data["amplitude"].values[:, :, 0], strict=True)
+    ]
+    close = ss.identify_response(two_masses, {"kt": (0.49, 0.1, 2.0)}, tests, tries=0, **FINE).predict_decay(
+        (3.0, 30.0), mode=2, draws=20
+    )
+    assert sum("another mode takes part" in line for line in summary(close.dataset)) == 1
+    apart = close.dataset["amplitude"].values[close.dataset["uncertain"].values > 0.5]
+    assert 10.0 < apart.max() < 17.0
+    assert apart.min() == pytest.approx(3.0)
+
+
 @pytest.mark.parametrize(
     ("amplitude", "settings", "message"),
     [

@@ -73,7 +73,7 @@ def predicted_decays(data):
 def decays(data):
     yield 1e3 * data["time"].values, 1e6 * data["displacement"].values[0]
     yield 1e6 * data["amplitude"].values[0], data["frequency"].values[0]
-    yield 1e6 * data["mode_amplitude"].values[0, :, 0], 100.0 * data["mode_damping_ratio"].values[0]
+    yield 1e6 * data["mode_amplitude"].values[0, :, 0], 100.0 * data["mode_damping_ratio"].values[0, :, 0]
 
 
 def stepped_sines(data):

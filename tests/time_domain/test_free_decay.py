@@ -184,7 +184,7 @@ def test_a_lightly_damped_decay_lies_on_the_nonlinear_mode(tmp_path):
     x = data["mode_amplitude"].values[0, :, 0]
     at = np.interp(amplitude[inside], x, data["mode_frequency"].values[0])
     np.testing.assert_allclose(frequency[inside], at, rtol=5e-4)
-    excess = ratio[inside] / np.interp(amplitude[inside], x, data["mode_damping_ratio"].values[0])
+    excess = ratio[inside] / np.interp(amplitude[inside], x, data["mode_damping_ratio"].values[0, :, 0])
     assert np.all((excess > 0.98) & (excess < 1.01))
     assert ss.open_results(found.save(tmp_path / "decay.nc")).attrs["analysis"] == "free_decay"
     with pytest.raises(ss.InputError, match="must be those of the problem"):

@@ -54,9 +54,9 @@ class FreeDecay(SavedResult):
     1/(2 Δt); damping_ratio ζ from the logarithmic decrement δ = ln(A_k/A_{k+1}) = πζ/√(1 − ζ²) of the amplitudes at its two ends,
     A_k = (a_{k−1} + a_k)/2, exact for viscous damping and for rigid friction; NaN for the first and the last half cycle, which
     have only one neighbour.
-    Of nonlinear modes beside it (`with_modes`): mode_amplitude [m] (mode, mode_point, output), mode_frequency [Hz] and
-    mode_damping_ratio (mode, mode_point), that of a free decay along the mode, and mode_message (mode,). Of a phase resonance
-    test (`with_phase_resonance`): resonance_amplitude [m] and resonance_frequency [Hz].
+    Of nonlinear modes beside it (`with_modes`): mode_amplitude [m] and mode_damping_ratio (mode, mode_point, output), that of a
+    free decay along the mode, mode_frequency [Hz] (mode, mode_point), and mode_message (mode,). Of a phase resonance test
+    (`with_phase_resonance`): resonance_amplitude [m] and resonance_frequency [Hz].
     """
 
     dataset: xr.Dataset
@@ -195,11 +195,10 @@ def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
     """The dataset of a decay with the curves of nonlinear modes `with_decays` (case, point), their swing and damping as a decay
     shows them."""
     axes = ("mode", "mode_point")
-    damping = modes["decay_damping_ratio"].values[..., 0]
     found = {
         "mode_amplitude": named((*axes, "output"), modes["swing"].values, "amplitude of the nonlinear mode", "m"),
         "mode_frequency": named(axes, modes["frequency"].values, "frequency of the nonlinear mode", "Hz"),
-        "mode_damping_ratio": named(axes, damping, "damping ratio of a free decay along it"),
+        "mode_damping_ratio": named((*axes, "output"), modes["decay_damping_ratio"].values, "damping ratio of a decay along it"),
         "mode_message": named(("mode",), modes["decay_message"].values, "where a decay is not one of the mode"),
     }
     numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode")

@@ -1,10 +1,15 @@
 """The damping of a free decay from a nonlinear mode, against time integration and closed forms."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
 import stickslip as ss
+from stickslip.analyses.modes.slow_decay import slow_decay
+from stickslip.solve.balance.mode_balance import ModeBalance
+from stickslip.solve.curves.mode_curve import solve_mode
 
 ONE = {"1.x": 1.0}
 
@@ -26,7 +31,7 @@ def beside(problem, size, released, duration, steps, ends=(0.8, 1.2), **fineness
     modes = ss.nonlinear_modes(problem, amplitude=(ends[0] * min(size), ends[1] * max(size)), **fineness)
     shown, mode = decay.with_modes(modes).dataset.isel(mode=0), modes.with_decays().dataset.isel(case=0)
     along = shown["mode_amplitude"].values[:, 0]
-    curves = (shown["mode_damping_ratio"].values, mode["damping_ratio"].values)
+    curves = (shown["mode_damping_ratio"].values[:, 0], mode["damping_ratio"].values)
     return [ratio[near], *(np.interp(amplitude[near], along, values) for values in curves), shown]
 
 
@@ -167,3 +172,85 @@ def test_a_travelling_wave_decays_as_its_mode_while_it_sticks():
     disk = ss.rigs.lumped_blisk(sectors=6)
     modes = ss.nonlinear_modes(disk, amplitude=(1e-9, 2e-9), harmonics=1, samples=64).with_decays().dataset.isel(case=0, output=0)
     assert modes["decay_damping_ratio"].values[:3] == pytest.approx(modes["damping_ratio"].values[:3], rel=1e-3)
+
+
+def two_masses(coupling, second=1.15, viscous=0.002):
+    """Two masses of which the first rubs: stuck it is the faster one, slipping the slower one."""
+    K = np.array([[1.0 + coupling, -coupling], [-coupling, second + coupling]])
+    structure = ss.Structure(np.eye(2), K, ("1.x", "2.x"), C=viscous * np.eye(2))
+    slider = ss.Contact("slider", ss.Macroslip(kt=0.5, mu=1.0, normal_load=1.0), (ONE,))
+    return ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x", "2.x"))
+
+
+def released_on(modes, duration, steps):
+    """The decay of two masses from the largest motion of a mode, where that of the second mass turns."""
+    data = modes.dataset.isel(case=0, point=-1)
+    motion = data["response"].values @ [1.0, 1j]
+    order = np.arange(motion.shape[1])
+    turned = motion * np.exp(-1j * order * np.angle(motion[1, 1]))
+    speed = 2j * np.pi * float(data["frequency"]) * order * turned
+    begin = [dict(zip(("1.x", "2.x"), each.real.sum(axis=1), strict=True)) for each in (turned, speed)]
+    return ss.free_decay(modes.problem, duration, *begin, steps=steps).with_modes(modes).dataset
+
+
+def test_each_output_has_a_damping_ratio_of_its_own():
+    """The shape changes as the first mass begins to slip: its swing falls up to 1.5 times slower than that of the second."""
+    modes = ss.nonlinear_modes(two_masses(0.3), 2, amplitude=(0.5, 40.0), harmonics=7, samples=256)
+    decay = released_on(modes, 300.0, 30_000)
+    along = decay.isel(mode=0)
+    for output, size in ((0, (12.0, 7.2)), (1, (11.0, 5.8))):
+        half = decay["amplitude"].values[output]
+        for each in size:
+            middle = int(np.nanargmin(np.abs(half - each)))
+            around = slice(middle - 4, middle + 5)
+            fall = -np.polyfit(np.arange(9), np.log(half[around]), 1)[0] / np.pi
+            shown = np.interp(half[middle], along["mode_amplitude"][:, output], along["mode_damping_ratio"][:, output])
+            assert shown == pytest.approx(fall, rel=0.03)
+
+
+def test_a_mode_that_cannot_follow_as_the_shape_changes():
+    """One harmonic: the describing function of a slider, and the other mode excited by 2iω²M dη/dθ, by its eigenvector."""
+    problem = two_masses(0.3, viscous=0.02)
+    modes = ss.nonlinear_modes(problem, 2, amplitude=(3.0, 30.0), harmonics=1, samples=4096)
+    balance = ModeBalance(problem, [0, 1], 4096, 1, 1)
+    data = modes.dataset.isel(case=0)
+    curve = solve_mode(balance, *(balance.level_of(float(data["modal_amplitude"][k])) for k in (0, -1)))
+    found = slow_decay(balance, curve.points)
+
+    def mode(size):
+        """Eigenvalues and vectors, the followed one first, its first mass moving by size."""
+        angle = np.arccos(1.0 - 4.0 / size)
+        loss = 8.0 / (np.pi * size) * (1.0 - 2.0 / size)
+        K = problem.structure.K.astype(complex)
+        K[0, 0] += 0.5 * ((angle - 0.5 * np.sin(2.0 * angle)) / np.pi + 1j * loss)
+        values, vectors = np.linalg.eig(K)
+        order = np.argsort(-values.real)
+        vectors = vectors[:, order] / vectors[0, order] * size
+        return values[order], vectors
+
+    for point in range(5, len(curve.points) - 5, 12):
+        size = float(found.swing[point, 0])
+        (own, other), vectors = mode(size)
+        slope = (mode(1.001 * size)[1][:, 0] - mode(0.999 * size)[1][:, 0]) / 0.002
+        needed = -2j * own.real * found.damping_ratio[point, 0] * slope
+        moved = -(vectors[:, 1] @ needed) / (vectors[:, 1] @ vectors[:, 1]) / (other - own) * vectors[:, 1]
+        moved -= vectors[:, 0] * np.vdot(vectors[:, 0], moved) / np.vdot(vectors[:, 0], vectors[:, 0])
+        assert found.others[point] == pytest.approx(np.abs(moved / vectors[:, 0]), rel=0.01)
+
+
+def test_the_interaction_of_two_modes_is_said():
+    """Near a veering the mode has 1.9 times the damping of half cycles; where frequencies stay apart nothing is said."""
+    for coupling, second, said in ((0.1, 1.15, True), (0.3, 3.0, False)):
+        modes = ss.nonlinear_modes(two_masses(coupling, second), 2 - (second > 2.0), (0.5, 40.0), harmonics=7, samples=256)
+        message = str(modes.with_decays().dataset["decay_message"].values[0])
+        where = re.search(r"Where 1.x moves ([\d.]+) m to ([\d.]+) m, another mode takes part", message)
+        assert (where is not None) == said
+        if where is not None:
+            assert float(where[1]) < 3.8
+            assert 10.0 < float(where[2]) < 17.0
+            decay = released_on(modes, 400.0, 30_000)
+            half, along = decay["amplitude"].values[0], decay.isel(mode=0)
+            middle = int(np.nanargmin(np.abs(half - 3.8)))
+            fall = -np.polyfit(np.arange(9), np.log(half[middle - 4 : middle + 5]), 1)[0] / np.pi
+            shown = np.interp(half[middle], along["mode_amplitude"][:, 0], along["mode_damping_ratio"][:, 0])
+            assert shown / fall == pytest.approx(1.9, abs=0.1)

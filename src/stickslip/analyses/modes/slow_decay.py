@@ -59,18 +59,24 @@ LAGGING = 2e-3
 """Change of the mean motion of the contacts within a cycle, relative to their vibration, from which a decay no longer follows the
 mode: up to a third off for wedges that lose 2 to 3 % and sink as they begin to slip, 1 % where they lose a tenth of that."""
 
+SHARED = 0.03
+"""Share of other modes in the motion of an output from which a decay is not that of one mode: two masses of which one rubs, near
+a veering, have up to a tenth more or less damping below it, and a sixth to many times as much above 0.1."""
+
 SAME = 1e-6
 """Share of the vibration up to which sliders stand at the same place."""
 
 
 class SlowDecay(NamedTuple):
     """Of the points of a mode: swing (points, outputs), half the distance of the turning points of each output, m;
-    damping_ratio (points, outputs) of a decay, NaN where there is none; (points,): sticks, whether none is there since friction
-    stops the motion within two half cycles; lags, whether the static forces of the contacts change faster with the amplitude than
-    a decay follows."""
+    damping_ratio (points, outputs) of a decay, NaN where there is none; others (points, outputs), how much other modes move
+    there, relative to this one, because they follow too slowly as its shape changes; (points,): sticks, whether none is there
+    since friction stops the motion within two half cycles; lags, whether the static forces of the contacts change faster with
+    the amplitude than a decay follows."""
 
     swing: Array
     damping_ratio: Array
+    others: Array
     sticks: NDArray[np.bool_]
     lags: NDArray[np.bool_]
 
@@ -79,7 +85,7 @@ class Losses(NamedTuple):
     """What a decay loses at a point: work of the contacts and of the dashpots in a cycle, J; stored, dE/dx of structure and
     contacts, J; friction, by how much a half cycle makes x smaller by friction, ∞ where it does not end; x, the arc length of
     the mode in ln A, ln ω and ζ; swing [m] and its derivative by x (outputs,); drift, the change of the mean motion of the
-    contacts by x relative to their vibration."""
+    contacts by x relative to their vibration; others (outputs,) as of `SlowDecay`."""
 
     work: float
     viscous: float
@@ -88,6 +94,7 @@ class Losses(NamedTuple):
     swing: Array
     rise: Array
     drift: float
+    others: Array
 
 
 def slow_decay(balance: ModeBalance, points: Sequence[CurvePoint]) -> SlowDecay:
@@ -99,7 +106,8 @@ def slow_decay(balance: ModeBalance, points: Sequence[CurvePoint]) -> SlowDecay:
         ratio[:, output], stuck = _damping(losses, output)
         sticks |= stuck
     lost = 2.0 * np.pi * np.array([balance.damping_of(point.point) for point in points])
-    return SlowDecay(swing, ratio, sticks, lost * np.array([each.drift for each in losses]) > LAGGING)
+    others = np.array([each.others for each in losses]).reshape(swing.shape)
+    return SlowDecay(swing, ratio, others, sticks, lost * np.array([each.drift for each in losses]) > LAGGING)
 
 
 def _descending(balance: ModeBalance, points: Sequence[CurvePoint]) -> list[tuple[ModeBalance, CurvePoint]]:
@@ -144,9 +152,35 @@ def _losses(balance: ModeBalance, point: CurvePoint) -> Losses:
     falling = _Falling(balance, evaluation, motion)
     structure = _structure_slope(balance, evaluation, forces, motion, rate)
     stored, friction = falling.half_cycle(structure, float(energy.dissipated.sum()), abs(balance.damping_of(point.point)))
-    vibration = np.linalg.norm(evaluation.w[: balance.rows, 1:3])
+    vibration, work = np.linalg.norm(evaluation.w[: balance.rows, 1:3]), float(energy.dissipated.sum())
     drift = float(np.linalg.norm(motion[: balance.rows, 0]) / vibration) if vibration > 0.0 else 0.0
-    return Losses(float(energy.dissipated.sum()), energy.viscous, stored, friction, swing, rise, drift)
+    slope = balance.coordinates_slope(evaluation, forces, rate)[:, 1]
+    others = _others(balance, evaluation, slope, (work + energy.viscous) / (2.0 * np.pi * stored) if stored > 0.0 else 0.0)
+    return Losses(work, energy.viscous, stored, friction, swing, rise, drift, others)
+
+
+def _others(balance: ModeBalance, evaluation: Evaluation, slope: NDArray[np.complex128], pace: float) -> Array:
+    """How much other modes move at the outputs (outputs,), relative to this one, where x falls by `pace` a radian.
+
+    The first harmonic η exp(iθ) of a mode solves Z η = 0, with what its contacts do to it and with 2ζωM that feeds it. A motion
+    that falls along the mode needs 2iω²M dη/dθ in its place, which moves what is orthogonal to the mode.
+    """
+    structures, rows = balance.structures, balance.rows
+    key, omega, zeta = structures.key[1], balance.omega_of(evaluation.point), balance.damping_of(evaluation.point)
+    state, damping = balance.modal_coordinates(evaluation)[:, 1], structures.damping[key]
+    shapes, mass = structures.shapes[key], structures.squares[key]
+    beyond_springs = complex_harmonics((evaluation.point.forces - evaluation.residual)[:rows])[:, 1]
+    moved = complex_harmonics(evaluation.w[:rows])[:, 1]
+    stiffness = np.divide(beyond_springs, moved, out=np.zeros_like(moved), where=moved != 0.0)
+    viscous = np.diag(damping[0]) if damping.shape[0] == 1 else damping
+    Z = shapes[:rows].conj().T @ (stiffness[:, None] * shapes[:rows]) + 1j * omega * viscous
+    Z += np.diag(1.0 - omega**2 * (1.0 + 2j * zeta) * mass)
+    needed = -2j * omega**2 * pace * mass * slope
+    border = mass * state / np.linalg.norm(mass * state)
+    bordered = np.block([[Z, border[:, None]], [border.conj()[None], np.zeros((1, 1))]])
+    found = np.linalg.solve(bordered, np.append(-needed, 0.0))[:-1]
+    size = np.abs(shapes[rows:] @ state)
+    return np.asarray(np.abs(shapes[rows:] @ found) / np.where(size > 0.0, size, np.nan))
 
 
 def _swing(motion: Array, slope: Array) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.isolated import ModeMotions
-from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
+from stickslip.analyses.modes.slow_decay import SHARED, SlowDecay, slow_decay
 from stickslip.analyses.modes.synthesis import Synthesis
 from stickslip.analyses.peak_shapes import ROUNDS, SETTLED, few_combinations, scaled
 from stickslip.analyses.response_dataset import ContactRows, labels_of, parts
@@ -551,32 +551,33 @@ def mode_arrays(balance: ModeBalance, curve: mode_curve.ModeCurve) -> dict[str, 
 def decay_arrays(balance: ModeBalance, curve: mode_curve.ModeCurve) -> dict[str, NDArray[Any]]:
     """The variables of decays of one curve by name, without the axis `case`."""
     decay, energies = slow_decay(balance, curve.points), [mode_energy(balance, point.evaluation) for point in curve.points]
-    shared = np.array([energy.resonant > INTERNAL for energy in energies], dtype=bool)
+    shared = np.array([energy.resonant > INTERNAL for energy in energies], dtype=bool)[:, None] | (decay.others > SHARED)
     return {
         "swing": decay.swing,
         "decay_damping_ratio": decay.damping_ratio,
-        "decay_message": np.array(decay_message(balance.problem.output_names[0], decay, shared)),
+        "decay_message": np.array(decay_message(balance.problem.output_names, decay, shared)),
     }
 
 
-def decay_message(output: str, decay: SlowDecay, shared: NDArray[np.bool_]) -> str:
-    """Where along the swing of the first output a decay has no damping ratio, or is not that of one mode; shared (points,): where
-    harmonics excite another mode."""
+def decay_message(outputs: Sequence[str], decay: SlowDecay, shared: NDArray[np.bool_]) -> str:
+    """Where along the swing of the first output a decay has no damping ratio, or is not that of one mode; shared (points,
+    outputs): where another mode moves an output too."""
     known = np.isfinite(decay.damping_ratio[:, 0]) if decay.swing.size else np.zeros(0, dtype=bool)
     sentences = []
     lagging = (
         "the static forces of the contacts change with the amplitude faster than a decay follows, whose damping is uncertain"
     )
     beyond = "a decay has no damping ratio: it leaves the computed amplitudes, or a larger motion stores no more energy"
-    for where, sentence in (
-        (decay.sticks, "friction stops a decay within two half cycles, so that it has no damping ratio"),
-        (decay.lags, lagging),
-        (shared, "another mode takes part, so that a decay is not that of one mode"),
-        (~known & ~decay.sticks, beyond),
+    several = "another mode takes part, so that a decay, there and afterwards, is not that of one mode"
+    for output, where, sentence in (
+        (0, decay.sticks, "friction stops a decay within two half cycles, so that it has no damping ratio"),
+        (0, decay.lags, lagging),
+        *((output, shared[:, output], several) for output in range(len(outputs))),
+        (0, ~known & ~decay.sticks, beyond),
     ):
         if where.any():
-            size = decay.swing[where, 0]
-            sentences.append(f"Where {output} moves {size.min():.3g} m to {size.max():.3g} m, {sentence}.")
+            size = decay.swing[where, output]
+            sentences.append(f"Where {outputs[output]} moves {size.min():.3g} m to {size.max():.3g} m, {sentence}.")
     return " ".join(sentences)
 
 

@@ -307,9 +307,11 @@ def _modes(dataset: xr.Dataset, name: str, metres: float, factor: float) -> list
     of a phase resonance test."""
     lines = []
     for mode in range(dataset.sizes.get("mode", 0)):
-        x, y = dataset["mode_amplitude"].values[mode, :, 0] / metres, factor * dataset[f"mode_{name}"].values[mode]
+        x = dataset["mode_amplitude"].values[mode, :, 0] / metres
+        y = factor * dataset[f"mode_{name}"].values[mode].reshape(x.size, -1)[:, 0]
         look = Style("ink", MODE_DASHES[mode % len(MODE_DASHES)], 1.1)
-        lines.append(Line(x, y, look, f"nonlinear mode {int(dataset['mode'].values[mode])}"))
+        where = f", {dataset['output'].values[0]}" if dataset["mode_amplitude"].shape[-1] > 1 else ""
+        lines.append(Line(x, y, look, f"nonlinear mode {int(dataset['mode'].values[mode])}{where}"))
     if name == "frequency" and "resonance_amplitude" in dataset:
         x, y = dataset["resonance_amplitude"].values / metres, factor * dataset["resonance_frequency"].values
         known = np.isfinite(x) & np.isfinite(y)

@@ -102,7 +102,7 @@ def measured_sentences(dataset: xr.Dataset) -> list[str]:
         if not inside.any():
             continue
         at = [
-            np.interp(amplitude[inside], along, dataset[key].values[mode][known][order])
+            np.interp(amplitude[inside], along, dataset[key].values[mode].reshape(x.size, -1)[known, 0][order])
             for key in ("mode_frequency", "mode_damping_ratio")
         ]
         apart = at[0] / frequency[inside] - 1.0, 100.0 * (at[1] - ratio[inside])

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.modes.slow_decay import slow_decay
+from stickslip.analyses.modes.slow_decay import SHARED, slow_decay
 from stickslip.analyses.modes.work import Modes
 from stickslip.analyses.settings import Setting, Whole, takes
 from stickslip.laboratory.identification.least_squares import CERTAINTY
@@ -236,6 +236,14 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
             f"At damping ratios above {100.0 * QUICK:.0f} % a decay is too quick to follow the nonlinear mode, and its windows "
             "average over amplitudes that differ by a third: the intervals do not include this. Compare with `free_decay` there."
         )
+    apart = dataset["amplitude"].values[dataset["uncertain"].values > 0.5]
+    if apart.size:
+        ends = " and ".join(length_text(each, dataset) for each in (apart.min(), apart.max()))
+        found.append(
+            f"Between {ends} another mode takes part in a decay, or the static forces of the contacts change faster than it "
+            "follows: its damping is uncertain there, and what another mode has taken stays below. The intervals do not "
+            "include this."
+        )
     return found + remark_on_few_draws(dataset)
 
 
@@ -336,17 +344,17 @@ class DecayPredictionWork(DrawnProblems):
         harmonics, samples = of_attribute(self.data.attrs["harmonics"]), int(self.data.attrs["samples"])
         with one_blas_thread():
             along = self._along(case, harmonics, samples, report)
-            arrays: dict[str, Any] = {"found": along}
+            arrays: dict[str, Any] = {"found": along[:2], "uncertain": along[2]}
             if case == 0:
                 many = FINER * highest(harmonics)
                 finer = self._along(case, many, max(2 * samples, 4 * many + 2), lambda share: None)
                 with np.errstate(invalid="ignore", divide="ignore"):
-                    arrays["errors"] = np.abs(np.log(finer / along)) / (1.0 - 1.0 / FINER)
+                    arrays["errors"] = np.abs(np.log(finer[:2] / along[:2])) / (1.0 - 1.0 / FINER)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def _along(self, number: int, harmonics: Any, samples: int, report: Report) -> Array:
-        """Frequency and damping ratio of the decay of a draw (2, amplitudes) as its measuring chain shows the amplitudes;
-        NaN where there is none."""
+        """Frequency and damping ratio of the decay of a draw, and 1 where it does not follow the mode (3, amplitudes), as its
+        measuring chain shows the amplitudes; NaN where there is none."""
         draw = self.drawn[number]
         problem, gain = self.problem(draw), float(np.exp(draw.gain))
         low, high = self.amplitude
@@ -360,11 +368,13 @@ class DecayPredictionWork(DrawnProblems):
             balance = balance if space is None else space.balance(balance, variables)  # type: ignore[assignment]
         curve = solve_mode(balance, *levels, report)
         if len(curve.points) < 2:
-            return np.full((2, self.grid.size), np.nan)
+            return np.full((3, self.grid.size), np.nan)
         row, solved = balance.rows + self.output, [point.evaluation for point in curve.points]
         size = np.array([float(np.hypot(*one.w[row, 1:3])) for one in solved])
         frequency = np.array([balance.omega_of(one.point) / (2.0 * np.pi) for one in solved])
-        rows = frequency, slow_decay(balance, curve.points).damping_ratio[:, self.output]
+        decay = slow_decay(balance, curve.points)
+        leaves = decay.lags | (decay.others[:, self.output] > SHARED)
+        rows = frequency, decay.damping_ratio[:, self.output], leaves.astype(float)
         order, at = np.argsort(size, kind="stable"), np.log(self.grid / gain)
         return np.array([np.interp(at, np.log(size[order]), values[order], np.nan, np.nan) for values in rows])
 
@@ -401,6 +411,7 @@ def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset
     for k, name in enumerate(("frequency", "damping_ratio")):
         data |= of_draws(name, np.array(shifted)[:, k], axis=0) | {f"{name}_error": errors[k]}
     data["interpolated"] = within(work.grid, work.measured)
+    data["uncertain"] = np.mean([np.nan_to_num(one["uncertain"]) for one in results[1:]], axis=0)
     data["unsolved"] = np.sum(~np.isfinite(drawn[:, 0]), axis=0).astype(float)
     data["drawn"] = work.values_of(work.drawn[1:])
     coords = {"amplitude": work.grid, "parameter": list(work.population.free)}
