@@ -15,7 +15,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import refuse_speed
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.fourier import complex_harmonics
-from stickslip.solve.continuation.sensitivity import parameter_slopes, respond, solved_factors, start_slopes
+from stickslip.solve.continuation.sensitivity import mean_slopes, parameter_slopes, respond, solved_factors
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.support.checks import Array, Index, InputError, fault, finite, of_kind, positive
 from stickslip.support.late import xr
@@ -146,7 +146,9 @@ def _slopes(balance: HarmonicBalance, evaluation: Evaluation, parameters: Mappin
         forces, motion = parameter_slopes(beside, parameter.value, balance, evaluation.point, step)
         change = respond(balance, evaluation, factors, forces[None], motion[None])
         by_parameter[name] = complex_harmonics(change.motion[0, balance.rows :])
-    elements, slopes = start_slopes(balance, evaluation)
+    elements, rows, means = mean_slopes(balance, evaluation)
+    slopes = np.zeros((elements.size, balance.rows, balance.columns))
+    slopes[np.arange(elements.size), rows, 0] = means
     by_start = respond(balance, evaluation, factors, slopes).motion[:, balance.rows :]
     response, periods = complex_harmonics(evaluation.w[balance.rows :]), balance.periods
     frequency = periods * evaluation.point.omega / (2.0 * np.pi)

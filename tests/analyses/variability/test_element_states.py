@@ -8,7 +8,7 @@ from stickslip.model.contact.point import SliderOffset
 from stickslip.model.contact.protocol import OFFSET
 from stickslip.model.rigs import single_mass, three_mass_wedge
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
+from stickslip.solve.continuation.sensitivity import mean_slopes, respond, solved_factors
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.starts.states import element_states
 
@@ -43,7 +43,7 @@ def test_slope_is_that_of_the_response():
     balance, (evaluation,) = solved(wedge(sliders), [222.0], 1.0)
     resting = balance.with_starts(element_states(balance, evaluation).slider, OFFSET)
     evaluation, row = resting.evaluate(evaluation.point), balance.rows
-    elements, slopes = start_slopes(resting, evaluation)
+    elements, slopes = mean_slopes(resting, evaluation)
     motion = respond(resting, evaluation, solved_factors(resting, evaluation), slopes).motion[:, row, 1:3]
     found = motion @ evaluation.w[row, 1:3] / np.hypot(*evaluation.w[row, 1:3])
     stuck = int(np.argmax(np.abs(found)))

@@ -95,14 +95,6 @@ def _held_slope(balance: HarmonicBalance, evaluation: Evaluation) -> Array | Non
     return weight
 
 
-def start_slopes(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[Index, Array]:
-    """Elements whose start value acts on the force, and ∂λ̂/∂(value) of each, (k, rows, 2H+1)."""
-    elements, rows, slopes = mean_slopes(balance, evaluation)
-    result = np.zeros((elements.size, balance.rows, balance.columns))
-    result[np.arange(elements.size), rows, 0] = slopes
-    return elements, result
-
-
 def mean_slopes(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[Index, Index, Array]:
     """Elements whose start value acts on the force, the row of each, and ∂λ̂/∂(value) there, of the mean alone, (k,) each.
 

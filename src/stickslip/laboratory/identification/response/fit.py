@@ -27,7 +27,7 @@ from stickslip.solve.balance.system import Control
 from stickslip.solve.continuation.continuation import first_held, scaled, solve_cold, trace
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.continuation.newton import Correction, correct, fixed
-from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
+from stickslip.solve.continuation.sensitivity import mean_slopes, respond, solved_factors
 from stickslip.solve.curves.curve import force_phase
 from stickslip.solve.starts.states import StartSpace
 from stickslip.support.checks import Array
@@ -177,11 +177,10 @@ class FittedTest:
             forces.append((below.residual - above.residual) / distance)
             motions.append((above.w - below.w) / distance)
         if self.space is not None:
-            elements, slopes = start_slopes(balance, evaluation)
             by_start = np.zeros((self.space.size, balance.rows, balance.columns))
-            for element, slope in zip(elements, slopes, strict=True):
+            for element, row, slope in zip(*mean_slopes(balance, evaluation), strict=True):
                 if self.space.varied[element]:
-                    by_start[self.space.group[element]] += self.space.scale[element] * slope
+                    by_start[self.space.group[element], row, 0] += self.space.scale[element] * slope
             forces += list(by_start)
             motions += [np.zeros_like(evaluation.w)] * self.space.size
         if not forces:
