@@ -43,7 +43,9 @@ def test_slope_is_that_of_the_response():
     balance, (evaluation,) = solved(wedge(sliders), [222.0], 1.0)
     resting = balance.with_starts(element_states(balance, evaluation).slider, OFFSET)
     evaluation, row = resting.evaluate(evaluation.point), balance.rows
-    elements, slopes = mean_slopes(resting, evaluation)
+    elements, rows, means = mean_slopes(resting, evaluation)
+    slopes = np.zeros((elements.size, resting.rows, resting.columns))
+    slopes[np.arange(elements.size), rows, 0] = means
     motion = respond(resting, evaluation, solved_factors(resting, evaluation), slopes).motion[:, row, 1:3]
     found = motion @ evaluation.w[row, 1:3] / np.hypot(*evaluation.w[row, 1:3])
     stuck = int(np.argmax(np.abs(found)))
