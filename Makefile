@@ -30,7 +30,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
 # One BLAS thread: the dense systems are small, and contended threads slow them down.
-TESTING := test test-part test-all test-times test-rounding ci nightly mutants mutants-drawn
+TESTING := test test-part test-all test-times test-rounding ci nightly mutants mutants-drawn entered
 $(TESTING) demo robustness: export OPENBLAS_NUM_THREADS = 1
 $(TESTING): export OMP_NUM_THREADS = 1
 $(TESTING): export MKL_NUM_THREADS = 1
@@ -57,7 +57,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: $(TESTING) kernels test-newest test-oldest paper screenshots gallery tutorials setup bench wheel demo check format reference docs lock clean robustness measures verify-system verify
+.PHONY: $(TESTING) kernels entered test-newest test-oldest paper screenshots gallery tutorials setup bench wheel demo check format reference docs lock clean robustness measures verify-system verify
 
 setup: $(STAMP)
 
@@ -94,7 +94,13 @@ test-times: kernels
 mutants: setup
 	$(BIN)/python tools/mutants.py
 
+# What each quick test enters is recorded once; `make entered` records it again.
+entered: kernels
+	rm -rf results/entered
+	$(PYTEST) -p tools.entered $(QUICK)
+
 mutants-drawn: kernels
+	test -d results/entered || $(MAKE) entered
 	$(BIN)/python -m tools.drawn_mutants --seed $(SEED) --count $(COUNT)
 
 # The kernels of the oldest processor are compiled anew: a minute of computing more, the first time.

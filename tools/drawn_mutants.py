@@ -2,7 +2,8 @@
 
     python -m tools.drawn_mutants [--seed 1] [--count 300] [--limit SECONDS] [ROOM ...]
 
-`tools/formulas.py` lists all changes; each room gives as many to the sample as it has of them, by a seed. Each result is a line
+`tools/formulas.py` lists all changes; each room gives as many to the sample as it has of them, by a seed. A change is tried with
+the tests that enter its function (`tools/entered.py`), or one that names the kernel or constant it is in. Each result is a line
 of results/mutation.jsonl, so that an interrupted run goes on; docs/mutation.md is written at the end, also after Ctrl-C. What is
 equal or dead is listed under `equivalent` in tests/mutants.toml, by its lines, with the reason.
 """
@@ -12,16 +13,14 @@ from __future__ import annotations
 import argparse
 import ast
 import hashlib
-import itertools
 import json
 import os
 import random
-import re
 import signal
 import sys
-import time
 import tomllib
-from collections import Counter
+from collections import Counter, defaultdict
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -29,51 +28,55 @@ from typing import NamedTuple
 from scipy.stats import beta
 
 from tools.commits import commit
+from tools.entered import recorded
 from tools.formulas import Drawable, of_file
-from tools.mutants import NONE, PASSED, ROOT, SOURCE, copied_package, outcome, tested
+from tools.mutants import NONE, ROOT, SOURCE, copied_package, outcome
+from tools.near_kernels import changed, decorators, holders, names_in
 
 RESULTS = ROOT / "results" / "mutation.jsonl"
 PAGE = ROOT / "docs" / "mutation.md"
-ROOMS = {
-    "model/contact": ["laws"],
-    "model/dampers": ["dampers", "rigs"],
-    "model/disks": ["disks"],
-    "model/interfaces": ["interfaces", "structure", "rigs"],
-    "model/problem": ["problem", "physics"],
-    "model/readers": ["readers"],
-    "model/rigs": ["rigs", "physics"],
-    "model/structure": ["structure", "disks", "study/test_surfaces_study.py"],
-    "solve/balance": ["balance", "robustness", "physics", "analyses/modes", "problem/test_truncation.py"],
-    "solve/continuation": ["continuation", "robustness", "analyses", "physics"],
-    "solve/curves": ["analyses", "problem"],
-    "solve/peaks": ["peaks", "robustness", "analyses"],
-    "solve/platforms": ["analyses/damper_alone", "identification", "study/test_damper_cycle_study.py"],
-    "solve/stability": ["stability", "laws", "analyses"],
-    "solve/wheels": ["wheels", "analyses/mistuning"],
-    "solve/starts": ["analyses/variability", "identification"],
-    "solve/time": ["time_domain", "analyses/damper_alone"],
-    "results": ["results", "report", "analyses"],
-    "support": ["study/test_units_of_lengths.py", "study/test_units_of_tables.py", "results", "analyses", "physics"],
-    "analyses": ["analyses", "physics", "time_domain", "stability"],
-    "analyses/damper_alone": ["analyses/damper_alone", "study"],
-    "analyses/mistuning": ["analyses/mistuning", "disks"],
-    "analyses/modes": ["analyses/modes", "identification"],
-    "analyses/performance": ["analyses/performance", "study"],
-    "analyses/speed": ["analyses/speed", "study"],
-    "analyses/variability": ["analyses/variability", "identification"],
-    "laboratory/identification": ["identification"],
-    "laboratory/identification/contact_law": ["identification"],
-    "laboratory/identification/damper": ["identification"],
-    "laboratory/identification/response": ["identification"],
-    "laboratory/measurement": ["measurement", "identification"],
-    "study": ["study"],
-    "study/analyses": ["study"],
-}
-"""The rooms with formulas, and what tests them below tests/."""
-BATCHES = (0, 2, 8, None)
-"""Where the batches of a room's files of tests begin and end."""
-PATIENCE = 3.0
-"""How many times as long as with the whole formulas the tests of a room may take."""
+ROOMS = (
+    "model/contact",
+    "model/dampers",
+    "model/disks",
+    "model/interfaces",
+    "model/problem",
+    "model/readers",
+    "model/rigs",
+    "model/structure",
+    "solve/balance",
+    "solve/continuation",
+    "solve/curves",
+    "solve/peaks",
+    "solve/platforms",
+    "solve/stability",
+    "solve/wheels",
+    "solve/starts",
+    "solve/time",
+    "results",
+    "support",
+    "analyses",
+    "analyses/damper_alone",
+    "analyses/mistuning",
+    "analyses/modes",
+    "analyses/performance",
+    "analyses/speed",
+    "analyses/variability",
+    "laboratory/identification",
+    "laboratory/identification/contact_law",
+    "laboratory/identification/damper",
+    "laboratory/identification/response",
+    "laboratory/measurement",
+    "study",
+    "study/analyses",
+)
+"""The rooms with formulas."""
+COMPILED = ("kernel", "inner", "inlined", "separate", "numbered", "overload")
+"""Decorators of functions that Python does not enter."""
+FIRST = 40
+"""Tests of the first run of each change, those that enter least."""
+LIMIT = 240.0
+"""Seconds of each run of pytest."""
 
 
 class Result(NamedTuple):
@@ -112,30 +115,51 @@ def drawn(found: dict[str, list[Drawable]], count: int, seed: int) -> dict[str, 
     }
 
 
-def tests_of(room: str) -> list[Path]:
-    """The files of tests of a room."""
-    named = [ROOT / "tests" / name for name in ROOMS[room]]
-    return [path for each in named for path in (sorted(each.rglob("test_*.py")) if each.is_dir() else [each])]
+class Tests:
+    """The quick tests that enter a function, or name what a change defines, those that enter least first."""
+
+    def __init__(self) -> None:
+        self.texts = {str(path.relative_to(SOURCE)): path.read_text() for path in sorted(SOURCE.rglob("*.py"))}
+        self.recorded = recorded()
+        if not self.recorded:
+            raise SystemExit("No test was recorded: run `make mutants-drawn`, which does so first.")
+        self.entering = defaultdict(set[str])
+        for name, test in self.recorded.items():
+            for function in test.functions:
+                self.entering[function].add(name)
+        self.naming: dict[str, set[str]] = defaultdict(set)
+        for file, text in self.texts.items():
+            for function, node in functions_of(ast.parse(text)):
+                for each in names_in(node):
+                    self.naming[each].add(f"{file}:{function}")
+
+    def of(self, change: Drawable) -> list[str]:
+        """Tests that may notice a change."""
+        text = self.texts[change.file]
+        line = text.encode()[: change.start].count(b"\n") + 1
+        around = [(name, node) for name, node in functions_of(ast.parse(text)) if node.lineno <= line <= (node.end_lineno or 0)]
+        functions = {f"{change.file}:{name}" for name, _ in around}
+        if not around or any(each.startswith(COMPILED) for _, node in around for each in decorators(node)):
+            names = set(changed(text, change.broken(text)))
+            functions |= {function for name in holders(self.texts, names) for function in self.naming[name]}
+        found = {name for function in functions for name in self.entering.get(function, ())}
+        return sorted(found, key=lambda name: (len(self.recorded[name].functions), self.recorded[name].seconds, name))
 
 
-def nearest_first(tests: list[Path], text: str, change: Drawable) -> list[str]:
-    """Those that name the broken file come first, then those that name its folder and what it defines: what fails comes early."""
-    module = ".".join(Path(change.file).with_suffix("").parts)
-    defined = {node.name for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
-
-    def said(path: Path) -> tuple[int, int, int]:
-        content = path.read_text()
-        names = sum(name in defined for name in re.findall(r"\b[a-zA-Z]\w+", content))
-        own = content.count(module) + (Path(change.file).stem in path.stem)
-        return own, content.count(module.rpartition(".")[0]), names
-
-    return [str(path.relative_to(ROOT)) for path in sorted(tests, key=said, reverse=True)]
+def functions_of(tree: ast.Module) -> Iterator[tuple[str, ast.FunctionDef]]:
+    """The functions and methods of a file, "Class.method", with what stands in them."""
+    for statement in tree.body:
+        if isinstance(statement, ast.FunctionDef):
+            yield statement.name, statement
+        elif isinstance(statement, ast.ClassDef):
+            yield from ((f"{statement.name}.{each.name}", each) for each in statement.body if isinstance(each, ast.FunctionDef))
 
 
-def identity(room: str, change: Drawable) -> tuple[tuple[str, str, str], str, str]:
-    """File and lines of a change, and digests of its file and of the tests of its room."""
+def identity(change: Drawable, tests: list[str]) -> tuple[tuple[str, str, str], str, str]:
+    """File and lines of a change, and digests of its file and of the tests that may notice it."""
     text = (SOURCE / change.file).read_text()
-    return (change.file, *change.lines(text)), digest(text), digest(*(path.read_text() for path in tests_of(room)))
+    files = sorted({name.partition("::")[0] for name in tests})
+    return (change.file, *change.lines(text)), digest(text), digest(*tests, *((ROOT / file).read_text() for file in files))
 
 
 def digest(*texts: str) -> str:
@@ -155,37 +179,30 @@ def earlier() -> dict[tuple[str, str, str], Result]:
     return {(each.file, each.old, each.new): each for each in results}
 
 
-def run(sample: dict[str, list[Drawable]], seed: int, limit: float | None) -> None:
-    """Tests each change of a sample whose result is not known yet: all of them with the tests nearest to them, then what these do
-    not notice with more, rooms mixed. To read the tests of a whole room takes longer than to run a few."""
+def run(sample: dict[str, list[Drawable]], seed: int, limit: float, tests: Tests) -> None:
+    """Tests each change of a sample whose result is not known yet, with few tests, then with all others that may notice it."""
     known, ignored = earlier(), equivalent()
-    pairs = [(room, change) for room, changes in sample.items() for change in changes]
-    left = [(*pair, identity(*pair), 0.0) for pair in random.Random(seed).sample(pairs, len(pairs))]
-    left = [each for each in left if each[2][0] not in ignored and not holds(known, each[2])]
-    patience = dict.fromkeys(sample, limit)
+    changes = [change for several in sample.values() for change in several]
     with copied_package() as folder:
-        for first, end in itertools.pairwise(BATCHES):
-            further = []
-            for room, change, (key, *sources), seconds in left:
-                text = (SOURCE / change.file).read_text()
-                tests = nearest_first(tests_of(room), text, change)
-                patience[room] = patience[room] or PATIENCE * unbroken_seconds(room, folder)
-                began = processor_seconds()
-                found = noticed(change, text, tests[first:end], folder, patience[room])
-                seconds += processor_seconds() - began
-                if found == "survives" and tests[first:end] != tests[first:]:
-                    further.append((room, change, (key, *sources), seconds))
-                    continue
-                result = Result(*key, change.kind, found, round(seconds, 1), *sources)
-                with RESULTS.open("a") as file:
-                    file.write(json.dumps(result._asdict()) + "\n")
-                sys.stdout.write(f"{found:11} {change.kind:9} {seconds:5.0f} s  {change.file}: {key[1]}  ->  {key[2]}\n")
-                sys.stdout.flush()
-            left = further
+        for change in random.Random(seed).sample(changes, len(changes)):
+            names = tests.of(change)
+            identified = key, *sources = identity(change, names)
+            if key in ignored or holds(known, identified):
+                continue
+            text, began, found = (SOURCE / change.file).read_text(), processor_seconds(), "survives"
+            for some in (names[:FIRST], names[FIRST:]):
+                if some and found == "survives":
+                    found = noticed(change, text, some, folder, limit)
+            seconds = processor_seconds() - began
+            result = Result(*key, change.kind, found, round(seconds, 1), *sources)
+            with RESULTS.open("a") as file:
+                file.write(json.dumps(result._asdict()) + "\n")
+            sys.stdout.write(f"{found:11} {change.kind:9} {seconds:5.0f} s  {change.file}: {key[1]}  ->  {key[2]}\n")
+            sys.stdout.flush()
 
 
 def noticed(change: Drawable, text: str, tests: list[str], folder: Path, limit: float) -> str:
-    """What some files of tests, of which all may be slow, do with a change."""
+    """What some tests do with a change."""
     found = outcome(change.file, change.broken(text), tests, folder, limit)
     if found == f"pytest ended with {NONE}":
         return "survives"
@@ -198,25 +215,17 @@ def holds(known: dict[tuple[str, str, str], Result], identity: tuple[tuple[str, 
     return key in known and known[key].holds(*sources)
 
 
-def unbroken_seconds(room: str, folder: Path) -> float:
-    """Seconds that the tests of a room take while nothing is broken."""
-    began = time.monotonic()
-    if tested([str(path) for path in tests_of(room)], folder) != PASSED:
-        raise SystemExit(f"The tests of {room} must pass before anything is broken.")
-    return time.monotonic() - began
-
-
 def processor_seconds() -> float:
     """Processor time of the children that have ended."""
     return sum(os.times()[2:4])
 
 
-def page(sample: dict[str, list[Drawable]], sizes: dict[str, int], command: str) -> str:
+def page(sample: dict[str, list[Drawable]], sizes: dict[str, int], command: str, tests: Tests) -> str:
     """The score of each room, and the changes that no test notices."""
     known, ignored = earlier(), equivalent()
     rows, survivors, totals, seconds = [], [], Counter[str](), 0.0
     for room, changes in sample.items():
-        identities = [identity(room, change) for change in changes]
+        identities = [identity(change, tests.of(change)) for change in changes]
         run_now = [known[key] for key, *sources in identities if key in known and known[key].holds(*sources, late=True)]
         results = [each for each in run_now if each[:3] not in ignored]
         counts = Counter(each.outcome for each in results) | Counter(equivalent=sum(key in ignored for key, *_ in identities))
@@ -234,15 +243,12 @@ def page(sample: dict[str, list[Drawable]], sizes: dict[str, int], command: str)
         "with 95 % confidence, unless tests were written for the survivors of this seed: then take another\nseed"
     )
     if undecided:
-        share = (
-            f"{undecided} more of the sample are not decided, among them\nthose that the nearest tests did not notice, so that "
-            "this is no share of all"
-        )
+        share += f"; {undecided} more of the sample are not run"
     return f"""# Formulas broken at random
 
 `make mutants-drawn` breaks formulas of the package one at a time: an operator, a sign, a direction of a comparison, a
 conjugate, a transpose, a factor, an index or axis, a unit, min for max, cos for sin. Of all such changes it draws a sample by a
-seed, from each room as many as it has of them, and runs the quick tests of that room until one fails.
+seed, from each room as many as it has of them, and runs the quick tests that enter the broken function until one fails.
 
 **{missed} of {decided} changes survive** ({share}).
 Changes without effect are listed with the reason in `tests/mutants.toml` and do not count; a run that takes too long is
@@ -255,7 +261,7 @@ neither noticed nor survives. A change takes {seconds / max(totals["run"], 1):.0
 
 Measured on {datetime.now(UTC):%Y-%m-%d} at commit `{commit("src", "tests")}` by `{command}`.
 
-## What no quick test of its room notices
+## What no quick test notices
 
 {listed}
 """
@@ -272,19 +278,20 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("rooms", nargs="*", metavar="ROOM", choices=[*ROOMS, []], help="only these rooms")  # none: all
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=300)
-    parser.add_argument("--limit", type=float, help="seconds for each change; else by the unbroken tests of its room")
+    parser.add_argument("--limit", type=float, default=LIMIT, help="seconds of each run of pytest")
     options = parser.parse_args(arguments)
     found = places(options.rooms or list(ROOMS))
     sample = drawn(found, options.count, options.seed)
     RESULTS.parent.mkdir(exist_ok=True)
+    tests = Tests()
     try:
-        run(sample, options.seed, options.limit)
+        run(sample, options.seed, options.limit, tests)
     except KeyboardInterrupt:
         sys.stdout.write("Interrupted; the same command goes on from here.\n")
         return 130
     finally:
         command = " ".join(["python -m tools.drawn_mutants", *arguments])
-        PAGE.write_text(page(sample, {room: len(each) for room, each in found.items()}, command))
+        PAGE.write_text(page(sample, {room: len(each) for room, each in found.items()}, command, tests))
     return 0
 
 

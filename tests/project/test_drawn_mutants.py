@@ -1,14 +1,17 @@
 """The formulas that `make mutants-drawn` breaks: what is broken in a file, the draw by a seed, and what is kept of a run."""
 
 import ast
+import subprocess
+import sys
 from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
-from tools import drawn_mutants, mutants
+from tools import drawn_mutants, entered, mutants
+from tools.entered import Entered
 from tools.formulas import Drawable, of_file
-from tools.mutants import SOURCE
+from tools.mutants import ROOT, SOURCE
 
 FORMULAS = [
     ("operator", "y = (a + b)", "y = (a - b)"),
@@ -90,16 +93,89 @@ def test_each_room_has_its_share_of_a_draw_that_a_seed_repeats():
     assert all(set(sample[room]) <= set(changes) for room, changes in drawn_mutants.drawn(made_rooms(), 100, seed=3).items())
 
 
-def test_rooms_and_their_tests_exist():
-    assert all((SOURCE / room).is_dir() and drawn_mutants.tests_of(room) for room in drawn_mutants.ROOMS)
-    assert all(path.is_file() for room in drawn_mutants.ROOMS for path in drawn_mutants.tests_of(room))
+def test_rooms_exist():
+    assert all((SOURCE / room).is_dir() for room in drawn_mutants.ROOMS)
 
 
-def test_tests_that_name_the_broken_file_come_first():
-    change = Drawable("model/structure/centrifugal.py", 0, 1, "", "sign")
-    order = drawn_mutants.nearest_first(drawn_mutants.tests_of("model/structure"), (SOURCE / change.file).read_text(), change)
-    assert order[0] == "tests/structure/test_centrifugal.py"
-    assert len(order) == len(drawn_mutants.tests_of("model/structure"))
+MADE = """TOP = 2.0 * 3.0
+def own(a):
+    return a + 1
+class Law:
+    def force(self, b):
+        return b - TOP
+@kernel
+def deep(c):
+    return c * c
+@kernel
+def shallow(c):
+    return deep(c)
+def called(c):
+    return shallow(c)
+"""
+ENTERED = """
+import sys
+from stickslip.support.checks import positive
+
+def test_one():
+    positive("a", 1.0)
+
+def test_two(made):
+    assert made
+"""
+
+
+def test_tests_are_those_that_enter_a_function_name_a_constant_or_call_a_kernel(tmp_path, monkeypatch):
+    """Those that enter least come first."""
+    functions = {
+        "tests/a.py::test_own": {"made.py:own", "made.py:other"},
+        "tests/a.py::test_method": {"made.py:Law.force"},
+        "tests/b.py::test_by_kernel": {"made.py:called"},
+        "tests/b.py::test_own_alone": {"made.py:own"},
+    }
+    text = MADE
+    (tmp_path / "made.py").write_text(text)
+    monkeypatch.setattr(drawn_mutants, "SOURCE", tmp_path)
+    tests_of = {name: Entered(1.0, frozenset(each)) for name, each in functions.items()}
+    monkeypatch.setattr(drawn_mutants, "recorded", lambda: tests_of)
+    tests = drawn_mutants.Tests()
+    found = {each.lines(text)[0]: [name.rpartition("_")[2] for name in tests.of(each)] for each in of_file("made.py", text)}
+    assert found["return a + 1"] == ["alone", "own"]
+    assert found["return b - TOP"] == found["TOP = 2.0 * 3.0"] == ["method"]
+    assert found["return c * c"] == ["kernel"]
+
+
+def test_a_recording_holds_what_tests_and_their_fixtures_enter(tmp_path, monkeypatch):
+    (tmp_path / "conftest.py").write_text(
+        "import pytest\nfrom stickslip.support.checks import not_negative\n\n"
+        "@pytest.fixture(scope='module')\ndef made():\n    return not_negative('b', 2.0)\n"
+    )
+    (tmp_path / "test_small.py").write_text(ENTERED)
+    command = [sys.executable, "-c", RECORDING, str(tmp_path)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True, timeout=120)
+    monkeypatch.setattr(entered, "FOLDER", tmp_path / "entered")
+    one, two = (entered.recorded()[f"test_small.py::{name}"].functions for name in ("test_one", "test_two"))
+    assert "support/checks.py:positive" in one - two
+    assert "support/checks.py:not_negative" in two - one
+
+
+RECORDING = """
+import sys
+from pathlib import Path
+import pytest
+from tools import entered
+
+folder = Path(sys.argv[1])
+entered.FOLDER = folder / "entered"
+plugins = ["-p", "tools.entered", "-p", "no:cacheprovider"]
+sys.exit(pytest.main(["-q", *plugins, "--rootdir", str(folder), "-c", "/dev/null", str(folder)]))
+"""
+
+
+class AllTests:
+    """One test for every change."""
+
+    def of(self, change):
+        return ["tests/test_made.py::test_all"]
 
 
 @pytest.fixture
@@ -123,7 +199,8 @@ def small_run(tmp_path, monkeypatch):
 
     monkeypatch.setattr(drawn_mutants, "SOURCE", source)
     monkeypatch.setattr(drawn_mutants, "ROOT", tmp_path)
-    monkeypatch.setattr(drawn_mutants, "ROOMS", {"made": ["test_made.py"]})
+    monkeypatch.setattr(drawn_mutants, "ROOMS", ("made",))
+    monkeypatch.setattr(drawn_mutants, "Tests", AllTests)
     monkeypatch.setattr(drawn_mutants, "RESULTS", tmp_path / "results" / "mutation.jsonl")
     monkeypatch.setattr(drawn_mutants, "PAGE", tmp_path / "mutation.md")
     monkeypatch.setattr(drawn_mutants, "outcome", outcome)
@@ -167,20 +244,6 @@ def test_new_tests_run_what_survived_and_new_formulas_run_all(small_run):
     law.write_text(law.read_text() + "m = n\n")
     drawn_mutants.main(command)
     assert len(calls) == 3
-
-
-@pytest.mark.parametrize("passes", [True, False])
-def test_without_a_limit_the_whole_formulas_are_tested_first_and_must_pass(small_run, monkeypatch, passes):
-    _, _, calls = small_run
-    monkeypatch.setattr(drawn_mutants, "tested", lambda tests, folder: calls.append("whole") or int(not passes))
-    if passes:
-        drawn_mutants.main(["--count", "4"])
-        assert calls[0] == "whole"
-        assert len(calls) == 4
-    else:
-        with pytest.raises(SystemExit, match="must pass before"):
-            drawn_mutants.main(["--count", "4"])
-        assert calls == ["whole"]
 
 
 def test_tests_out_of_time_are_ended_and_the_file_is_whole_again(tmp_path, monkeypatch):
