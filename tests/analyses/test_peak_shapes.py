@@ -138,7 +138,7 @@ def test_two_processes_and_one_find_the_same(meshed):
 def test_other_analyses_refuse_it(meshed):
     for problem in (meshed.problem, meshed_problem(*parts(), modes_to=MODES_TO)):
         with pytest.raises(InputError, match="keep the rows of its contacts"):
-            ss.response_bounds(problem, BAND)
+            ss.controlled_response(problem, BAND, 1e-6)
 
 
 def test_performance_curves_and_start_states_know_what_their_shapes_leave(whole, meshed):

@@ -3,8 +3,8 @@ with the force, and units of kN, mm, kg and ms, in which even the unit of time i
 
 import numpy as np
 import pytest
-from stickslip.runs.work import CheckpointFolder
 
+from stickslip.runs.cases import CheckpointFolder
 from stickslip.study import job
 from stickslip.study.run import Run
 
