@@ -113,7 +113,7 @@ class _Formulas(ast.NodeVisitor):
             self._token("operator", node.left, node.right, OPERATORS[type(node.op)])
         if isinstance(node.op, ast.Mult | ast.Div):
             for side in (node.left, node.right):
-                if isinstance(side, ast.Constant) and type(side.value) in (int, float):
+                if isinstance(side, ast.Constant) and type(side.value) in (int, float) and side.value:
                     self._replace("factor", self._start(side), self._end(side), repr(2 * side.value))
         self.generic_visit(node)
 

@@ -58,6 +58,10 @@ def test_what_speaks_or_refuses_is_left_alone():
     assert of_file("made.py", SPOKEN) == []
 
 
+def test_twice_nothing_is_no_change():
+    assert [each.kind for each in of_file("made.py", "y = 0 * a\n")] == ["operator"]
+
+
 def test_constants_of_a_file_of_units_are_units():
     assert [each.lines("mm = 1e-3\n") for each in of_file("support/units.py", "mm = 1e-3\n")] == [("mm = 1e-3", "mm = 1.0")]
     assert of_file("made.py", "mm = 1e-3\n") == []
