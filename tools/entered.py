@@ -2,8 +2,9 @@
 
     python -m pytest -p tools.entered -m QUICK tests
 
-As a plugin of pytest it writes results/entered/WORKER.json: what each test and each fixture enters, in Python. Compiled kernels
-are not seen: those who call them are. A recording of new tests alone adds to what is there.
+As a plugin of pytest it adds a line to results/entered/WORKER.jsonl for each test and each fixture: what it enters, in Python.
+Compiled kernels are not seen: those who call them are. What is recorded again counts in place of what was. Tests of interrupted
+runs may hang, since an interrupt may fall into the profile function; they enter no formula (`make entered` ignores tests/runs).
 """
 
 from __future__ import annotations
@@ -37,21 +38,27 @@ class Recorder:
 
     def __init__(self) -> None:
         self.seen: set[CodeType] = set()
-        self.tests: dict[str, tuple[float, list[str], list[str]]] = {}
-        self.fixtures: dict[str, set[str]] = defaultdict(set)
+        self.path = FOLDER / f"{os.environ.get('PYTEST_XDIST_WORKER', 'alone')}.jsonl"
 
     def note(self, frame: FrameType, event: str, argument: Any) -> None:
         if event == "call":
             self.seen.add(frame.f_code)
 
-    def functions(self) -> set[str]:
+    def functions(self) -> list[str]:
         """What was entered, of the package."""
         paths = {code: Path(code.co_filename) for code in self.seen}
-        return {
-            f"{path.relative_to(SOURCE)}:{code.co_qualname.partition('.<locals>')[0]}"
-            for code, path in paths.items()
-            if path.is_relative_to(SOURCE)
-        }
+        return sorted(
+            {
+                f"{path.relative_to(SOURCE)}:{code.co_qualname.partition('.<locals>')[0]}"
+                for code, path in paths.items()
+                if path.is_relative_to(SOURCE)
+            }
+        )
+
+    def keep(self, **record: Any) -> None:
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a") as file:
+            file.write(json.dumps(record) + "\n")
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_fixture_setup(self, fixturedef: Any) -> Iterator[None]:
@@ -60,7 +67,7 @@ class Recorder:
         sys.setprofile(self.note)
         yield
         sys.setprofile(None)
-        self.fixtures[fixture_name(fixturedef)] |= self.functions()
+        self.keep(fixture=fixture_name(fixturedef), functions=self.functions())
         self.seen = before
 
     @pytest.hookimpl(hookwrapper=True)
@@ -69,17 +76,9 @@ class Recorder:
         sys.setprofile(self.note)
         yield
         sys.setprofile(None)
-        seconds = time.process_time() - began
+        seconds = round(time.process_time() - began, 3)
         fixtures = [fixture_name(each) for several in item._fixtureinfo.name2fixturedefs.values() for each in several]
-        self.tests[item.nodeid] = seconds, sorted(self.functions()), fixtures
-
-    def pytest_sessionfinish(self) -> None:
-        if not self.tests:
-            return
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        fixtures = {name: sorted(functions) for name, functions in self.fixtures.items()}
-        content = json.dumps({"tests": self.tests, "fixtures": fixtures})
-        (FOLDER / f"{os.environ.get('PYTEST_XDIST_WORKER', 'alone')}.json").write_text(content)
+        self.keep(test=item.nodeid, seconds=seconds, functions=self.functions(), fixtures=fixtures)
 
 
 def fixture_name(fixture: Any) -> str:
@@ -91,11 +90,16 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def recorded() -> dict[str, Entered]:
-    """The tests of the last recording by their names."""
-    found = {}
-    for path in sorted(FOLDER.glob("*.json"), key=lambda path: path.stat().st_mtime):
-        content = json.loads(path.read_text())
-        for name, (seconds, functions, fixtures) in content["tests"].items():
-            by_fixtures = (content["fixtures"].get(each, ()) for each in fixtures)
-            found[name] = Entered(seconds, frozenset(functions).union(*by_fixtures))
-    return found
+    """The tests of the last recordings by their names."""
+    tests, fixtures = dict[str, dict[str, Any]](), defaultdict[str, set[str]](set)
+    for path in sorted(FOLDER.glob("*.jsonl"), key=lambda path: path.stat().st_mtime):
+        for line in path.read_text().splitlines():
+            each = json.loads(line)
+            if "fixture" in each:
+                fixtures[each["fixture"]] |= set(each["functions"])
+            else:
+                tests[each["test"]] = each
+    return {
+        name: Entered(each["seconds"], frozenset(each["functions"]).union(*(fixtures[one] for one in each["fixtures"])))
+        for name, each in tests.items()
+    }
