@@ -72,7 +72,7 @@ def _separated(x: Array, step: float, omega: float) -> Array:
     lag = min(round(2.0 * np.pi / (NEAR * omega * step)), len(y) // 4)
     once, twice = (y[delay:].T @ y[: len(y) - delay].conj() for delay in (lag, 2 * lag))
     left, sizes, right = np.linalg.svd(once)
-    count = min(2, np.count_nonzero(sizes > 1e-9 * sizes[0]))  # of modes; one where nothing else is in the record
+    count = min(2, int(np.count_nonzero(sizes > 1e-9 * sizes[0])))  # of modes; one where nothing else is in the record
     left, right = left[:, :count], right[:count]
     shapes = left @ np.linalg.eig(left.conj().T @ twice @ right.conj().T / sizes[:count])[1]
     moves = np.sum(np.abs(np.linalg.pinv(shapes) @ y.T) ** 2, axis=1) * np.sum(np.abs(shapes) ** 2, axis=0)
