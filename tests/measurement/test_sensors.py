@@ -83,6 +83,27 @@ def test_hum_beside_the_mode_that_all_sensors_hold_cancels():
         assert np.abs(signal[-4000:] @ turning) < 0.01 < 0.09 < np.abs(x[-4000:, 0] @ turning)
 
 
+def test_loud_hum_far_from_the_mode_does_not_take_the_weights():
+    """Three times the mode at half its frequency, which the windows let not through: the noise is as small as without it."""
+    x = ringing(100.0, 0.004, 0.3)[:, None] * SHAPE + NOISE * np.random.default_rng(8).normal(size=(TIME.size, 4))
+    hum = 3.0 * np.cos(2.0 * np.pi * 50.0 * TIME)
+    signal = ss.measured_decay(TIME, x + hum[:, None] * (1.0, 0.8, 1.2, 0.6), band=BAND).dataset["signal"].values[-4000:]
+    noise = (signal - hum[-4000:] * (signal @ hum[-4000:]) / (hum[-4000:] @ hum[-4000:])).std()
+    assert noise < 1.15 / np.sqrt(np.sum((SHAPE / NOISE) ** 2))
+
+
+def test_the_amplitude_has_the_error_of_a_loud_first_sensor():
+    """Sixteen records whose first sensor has ten times the noise of the second: deviations of one error, by their mean square."""
+    away = []
+    for seed in range(16):
+        noise = np.array([0.2, 0.02]) * np.random.default_rng(seed).normal(size=(TIME.size, 2))
+        x = ringing(100.0, 0.004, 0.3)[:, None] * (1.0, 1.5) + noise
+        data = ss.measured_decay(TIME, x, band=BAND).dataset.isel(window=slice(3))
+        true = np.exp(-2.0 * np.pi * 0.4 * data["window_time"])
+        away.append(float(((data["amplitude"] - true) / data["amplitude_error"]).mean()))
+    assert 0.6 < np.sqrt(np.mean(np.square(away))) < 1.5
+
+
 def test_a_close_mode_of_the_other_sign_is_told_apart():
     """3 % away, a third as large at the first sensor: each sensor alone misses the damping by tens of per cent."""
     for seed in (6001, 6002):
