@@ -145,5 +145,7 @@ def test_columns_of_a_file_in_several_units_of_one_quantity(tmp_path):
     read = ss.read_decay(file, columns={"signal": ["tip", "root"]}, band=BAND).dataset
     taken = ss.measured_decay(TIME, x, "acceleration", band=BAND).dataset
     np.testing.assert_allclose(read["damping_ratio"], taken["damping_ratio"], rtol=1e-5)
+    with pytest.raises(ss.InputError, match="must name a signal"):
+        ss.read_decay(file, columns={"signal": []})
     with pytest.raises(ss.InputError, match="one quantity"):
         ss.read_decay(file, columns={"signal": ["tip", "laser"]})

@@ -197,6 +197,8 @@ def read_decay(
         among("quantity", quantity, number_table.MOTIONS)
     which = columns.get("signal")
     signals = [which] if which is None or isinstance(which, str | int) else list(which)
+    if not signals:
+        raise fault("columns", "must name a signal", columns)
     found = [_sampled(path, columns | ({} if one is None else {"signal": one}), dict(units), quantity) for one in signals]
     for t, _, moved in found[1:]:
         if moved != found[0][2] or not np.array_equal(t, found[0][0]):

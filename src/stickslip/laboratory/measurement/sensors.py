@@ -18,8 +18,8 @@ from stickslip.laboratory.measurement.decay_windows import Record, Window, fitte
 from stickslip.support.checks import Array, listed
 
 NEAR = 0.125
-"""Relative distance from the frequency within which all that is not the mode counts. Delays of its inverse, in cycles, tell close
-modes apart."""
+"""Relative distance from the frequency within which all that is not the mode counts. Delays of its inverse, in cycles,
+separate close modes."""
 
 LOUD = 8.0
 """Power relative to that beside the mode, a sensor, from which a line is no noise; e⁻⁸ of the lines of a sensor are as large."""
