@@ -72,6 +72,21 @@ def test_a_record_becomes_frequency_and_damping_beside_the_mode_of_a_study(tmp_p
     assert "--overwrite" in again.output
 
 
+def test_several_sensors_of_one_file_give_one_answer(tmp_path, monkeypatch):
+    """Three columns, one of them still: signal is given for each, and the amplitude is that of the first."""
+    monkeypatch.chdir(tmp_path)
+    rows = "\n".join(f"{t:.9g};{x:.9g};{-2.0 * x:.9g};0" for t, x in zip(TIME, MOTION[2], strict=True))
+    (tmp_path / "blade.csv").write_text(f"time [s];tip [m/s2];root [m/s2];disk [m/s2]\n{rows}\n")
+    shown = command("decay", "blade.csv", *(f"--column=signal={name}" for name in ("tip", "root", "disk")))
+    assert shown.exit_code == 0, shown.output
+    assert "3 sensors as one record" in " ".join(shown.output.split())
+    assert "no motion in the mode: sensor 3" in " ".join(shown.output.split())
+    data = ss.open_results(tmp_path / "results" / "blade" / "results.nc")
+    np.testing.assert_allclose(data["damping_ratio"], RATIO, rtol=1e-5)
+    size = 1e-3 * abs(ROOT) ** 2 / OMEGA**2  # a/ω² of the acceleration
+    np.testing.assert_allclose(data["amplitude"], size * np.exp(ROOT.real * data["window_time"]), rtol=1e-5)
+
+
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_matlab_and_universal_files_hold_the_same_decay(order, tmp_path):
     """Vectors, a matrix and structs of a .mat file; a 58 and a 58b, one of two time histories beside a response."""

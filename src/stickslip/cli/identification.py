@@ -265,7 +265,8 @@ def decay(
         Texts,
         Option(
             metavar="NAME=COLUMN",
-            help="Title or number of the column of time or signal; in .mat and universal files, of the vector or function.",
+            help="Title or number of the column of time or signal; in .mat and universal files, of the vector or function. Give "
+            "signal several times for several sensors, which are evaluated together.",
         ),
     ] = None,
     unit: Annotated[Texts, Option(metavar="NAME=UNIT", help="Unit of a column, such as signal=g.")] = None,
@@ -283,7 +284,12 @@ def decay(
         raise fault("--output", "must go with --study, which names the outputs", output)
     settings: dict[str, Any] = {"cycles": cycles, "begin": begin}
     settings |= {} if band is None else {"band": low_and_high("--band", band, "Hz")}
-    columns, units = pairs("--column", column or (), "signal=2"), pairs("--unit", unit or (), "signal=g")
+    signals = [text for text in column or () if text.partition("=")[0].strip() == "signal"]
+    others = [text for text in column or () if text not in signals]
+    columns: dict[str, Any] = pairs("--column", [*others, *signals[:1]], "signal=2")
+    if len(signals) > 1:
+        columns["signal"] = [pairs("--column", [text], "signal=2")["signal"] for text in signals]
+    units = pairs("--unit", unit or (), "signal=g")
     decay = read_decay(file, columns=columns, units=units, quantity=quantity, **settings)
     folder = free_folder(out or Path("results") / file.stem, [""], False, overwrite)
     with claimed(folder), only_own_files():

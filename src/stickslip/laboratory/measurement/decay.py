@@ -20,11 +20,12 @@ from stickslip.laboratory.measurement import number_table
 from stickslip.laboratory.measurement.decay_windows import Record, Window, fitted_windows
 from stickslip.laboratory.measurement.matlab_columns import response_columns
 from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
+from stickslip.laboratory.measurement.sensors import summed
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import time_history
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import named, tabulated
-from stickslip.support.checks import Array, InputError, among, existing, fault, finite, of_kind, positive, vector
+from stickslip.support.checks import Array, InputError, among, existing, fault, finite, listed, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.units import Band
 
@@ -87,7 +88,7 @@ def measured_decay(
     name: str = "",
 ) -> "MeasuredDecay":
     """Amplitude, frequency and damping of a measured decay, (n,) samples at even times, s, of a displacement, velocity or
-    acceleration in m, m/s or m/s².
+    acceleration in m, m/s or m/s²; (n, sensors) of several, evaluated together with the amplitude at the first.
 
     The decay begins at the largest motion near its frequency from the time `begin` [s] on, a motion that grows at `begin`; use it
     to exclude a blow. Damped sines
@@ -99,7 +100,9 @@ def measured_decay(
     """
     among("quantity", quantity, number_table.MOTIONS)
     t = vector("time", time)
-    x, step = vector("signal", signal, t.size), _step(t)
+    each = np.transpose(signal) if np.ndim(signal) == 2 else [signal]
+    signals = np.column_stack([vector("signal", one, t.size) for one in each])
+    x, step = signals[:, 0], _step(t)
     low, high = (0.0, 0.5 / step) if band is None else _ends(band)
     if cycles is not None and not 0.5 <= positive("cycles", cycles) <= 200.0:
         raise fault("cycles", "must be from 0.5 to 200", cycles)
@@ -116,11 +119,13 @@ def measured_decay(
     omega = 2.0 * np.pi * _dominant(x[first:] - x[first:].mean(), step, (low, high))
     if 2.0 * np.pi / (omega * step) < FEWEST:
         raise fault("The samples of a cycle", f"must be {FEWEST} at least", 2.0 * np.pi / (omega * step), "Sample faster.")
-    _refuse_plateau(t[after:], x[after:], 2.0 * np.pi / (omega * step))
+    for one in signals.T:
+        _refuse_plateau(t[after:], one[after:], 2.0 * np.pi / (omega * step))
     ends = 2.0 * np.pi * low, 2.0 * np.pi * high
     levels = np.unique(x)
     resolution = float(np.diff(levels).min()) if 1 < levels.size < 0.5 * x.size else 0.0  # of samples that are quantised
     record = Record(t, x, number_table.MOTIONS.index(quantity), first, ends, resolution)
+    record, sensors = (record, None) if signals.shape[1] == 1 else summed(signals, record, omega)
     windows = fitted_windows(record, omega, cycles)
     if len(windows) < 2:
         remedy = (
@@ -130,7 +135,12 @@ def measured_decay(
         what = f"A decay near {omega / (2.0 * np.pi):.4g} Hz"
         of = "" if cycles is None else f" of {cycles:g} cycles"
         raise fault(what, f"must have two windows{of} that a damped sine fits", len(windows), remedy)
-    return MeasuredDecay(_dataset(record, windows, quantity, name))
+    dataset = _dataset(record, windows, quantity, name)
+    if sensors is not None:
+        share = max(sensors.error[0], sensors.change[0] if sensors.change[0] > 6.0 * sensors.error[0] else 0.0)
+        dataset["amplitude_error"][:] = np.hypot(dataset["amplitude_error"], share * dataset["amplitude"])
+        dataset.attrs["sensors"] = sensors.sentence()
+    return MeasuredDecay(dataset)
 
 
 def _largest(x: Array, step: float, hertz: float) -> int:
@@ -160,7 +170,7 @@ def _refuse_plateau(t: Array, x: Array, cycle: float) -> None:
 def read_decay(
     path: str | Path,
     *,
-    columns: Mapping[str, str | int] | None = None,
+    columns: Mapping[str, str | int | Sequence[str | int]] | None = None,
     units: Mapping[str, str] | None = None,
     quantity: str | None = None,
     **settings: Any,
@@ -169,9 +179,9 @@ def read_decay(
     file (.mat), or from a time history of a universal file (58, 58b).
 
     columns: {"time" or "signal": title or number (from 1) of the column} where titles are not understood; in the other files
-    "signal" is the name or number of a vector or function. units: {the same names: unit} where the file states none; default: s,
-    and m, m/s or m/s² for the quantity. quantity: by default as title or unit state. Further arguments are those of
-    `measured_decay`.
+    "signal" is the name or number of a vector or function. Several signals, "signal": [2, 3], are sensors of one quantity that
+    are evaluated together. units: {the same names: unit} where the file states none; default: s, and m, m/s or m/s² for the
+    quantity. quantity: by default as title or unit state. Further arguments are those of `measured_decay`.
     """
     if not isinstance(path, str | Path):
         raise fault("path", "must be the name of a file", path)
@@ -185,6 +195,20 @@ def read_decay(
             among(what, key, WORDS)
     if quantity is not None:
         among("quantity", quantity, number_table.MOTIONS)
+    which = columns.get("signal")
+    signals = [which] if which is None or isinstance(which, str | int) else list(which)
+    if not signals:
+        raise fault("columns", "must name a signal", columns)
+    found = [_sampled(path, columns | ({} if one is None else {"signal": one}), dict(units), quantity) for one in signals]
+    for t, _, moved in found[1:]:
+        if moved != found[0][2] or not np.array_equal(t, found[0][0]):
+            quantities = listed([each[2] for each in found])
+            raise fault(f"The sensors of {path.name}", "must have one quantity and the same times", quantities)
+    return measured_decay(found[0][0], np.column_stack([x for _, x, _ in found]), found[0][2], **{"name": path.stem, **settings})
+
+
+def _sampled(path: Path, columns: dict[str, Any], units: dict[str, str], quantity: str | None) -> tuple[Array, Array, str]:
+    """Times, s, samples in SI and the quantity of one signal of a file."""
     if is_universal(path):
         table, columns = time_history(path, columns.get("signal"), quantity, units.pop("signal", None)), {}
     elif path.suffix.lower() == ".mat":
@@ -208,7 +232,7 @@ def read_decay(
     if text not in number_table.UNITS or number_table.UNITS[text][0] != "s":
         raise fault(f"The unit of time in {path.name}", "must be one of s, ms, us, min", text)
     t, x = number_table.UNITS[text][1] * table.numbers[:, at["time"]], factor * table.numbers[:, at["signal"]]
-    return measured_decay(t, x, quantity, **{"name": path.stem, **settings})
+    return t, x, quantity
 
 
 def _ends(band: tuple[float, float] | Band) -> tuple[float, float]:

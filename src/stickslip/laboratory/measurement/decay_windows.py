@@ -205,7 +205,7 @@ def _windows(
         return [], None
     # Seven parameters leave nothing of as many lines, of faded ones wider.
     width = (3.0 if shape.faded else 2.0) / (count * record.step)
-    own = Left(record.x[record.first : fitted[-1].first + count] - _mode(record, fitted), count, width)
+    own = Left(record.x[record.first : fitted[-1].first + count] - motion_of(record, fitted), count, width)
     found: list[Window] = []
     for each in fitted:
         window = each._replace(errors=_errors(record, each, left or own, shape))
@@ -282,7 +282,7 @@ def _least_squares(rows: Array, weight: Array, x: Array | None = None) -> Array 
         return None
 
 
-def _mode(record: Record, windows: Sequence[Window]) -> Array:
+def motion_of(record: Record, windows: Sequence[Window]) -> Array:
     """The motion of the sines from the first sample to the end of the last window, where windows overlap faded from one to the
     next."""
     count = windows[0].motion.size
@@ -335,7 +335,7 @@ def _second(record: Record, windows: Sequence[Window]) -> float:
     """ω of a second line in the band, within a third of the first, that stands out of what long windows leave over; 0 if none
     does."""
     count = windows[0].motion.size
-    left = record.x[record.first : windows[-1].first + count] - _mode(record, windows)
+    left = record.x[record.first : windows[-1].first + count] - motion_of(record, windows)
     size = fft.next_fast_len(2 * left.size, real=True)
     omega, spectrum = 2.0 * np.pi * fft.rfftfreq(size, record.step), _spectrum(left, size, record.step)
     own = windows[0].omega

@@ -91,6 +91,8 @@ def measured_sentences(dataset: xr.Dataset) -> list[str]:
         )
     if dataset.attrs.get("second_mode", 0.0) > 0.0:
         lines.append(f"a second line of {hertz(dataset.attrs['second_mode'])} Hz in the band is fitted beside the mode")
+    if "sensors" in dataset.attrs:
+        lines.append(dataset.attrs["sensors"])
     if "window_cycles" in dataset.attrs:
         lines.append(f"windows of {dataset.attrs['window_cycles']:.3g} cycles")
     for mode in range(dataset.sizes.get("mode", 0)):
