@@ -258,7 +258,8 @@ def _columns(table: number_table.NumberTable, chosen: Mapping[str, str | int]) -
         found = {"signal": 1 - found["time"]} | found
     for key in WORDS:
         if key not in found:
-            remedy = f"Give it: columns={{'{key}': 2}} (--column {key}=2)."
+            remedy = f"Give it: columns={{'{key}': 2}} (--column {key}=2)"
+            remedy += ", or several for several sensors." if key == "signal" else "."
             raise fault(
                 f"The column of the {key} in {table.name}", "must be known", ", ".join(table.titles or ()) or "none", remedy
             )
