@@ -157,9 +157,13 @@ def test_a_recording_holds_what_tests_and_their_fixtures_enter(tmp_path, monkeyp
     command = [sys.executable, "-c", RECORDING, str(tmp_path)]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True, timeout=120)
     monkeypatch.setattr(entered, "FOLDER", tmp_path / "entered")
+    monkeypatch.setattr(entered, "ROOT", tmp_path)
     one, two = (entered.recorded()[f"test_small.py::{name}"].functions for name in ("test_one", "test_two"))
     assert "support/checks.py:positive" in one - two
     assert "support/checks.py:not_negative" in two - one
+    (tmp_path / "test_small.py").write_text(ENTERED + "\n")
+    with pytest.raises(SystemExit, match=r"have changed since they were recorded: test_small\.py\. Run make entered"):
+        entered.recorded()
 
 
 RECORDING = """

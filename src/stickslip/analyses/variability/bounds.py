@@ -44,7 +44,6 @@ from stickslip.analyses.settings import (
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import with_forces
-from stickslip.model.structure.stuck_mesh import NEGLIGIBLE
 from stickslip.results.schema import ATTRIBUTE, Result, named, variables_in
 from stickslip.runs.cases import Arrays, Report, all_cases
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
@@ -294,7 +293,7 @@ class BoundsWork(OneBalance, AtLevels, Sampled, MeasuredOutput, Execution):
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The bounds of one case; on a mesh searched again with the shapes of the contact forces at the bounds, until these
-        change by at most `SETTLED`, or more shapes do not halve their error."""
+        change by at most `SETTLED`, or no shapes are left that halve their error."""
         started, balance, before = time.process_time(), self.balance, np.inf
         while True:
             search = self.search(case, balance)
@@ -304,9 +303,9 @@ class BoundsWork(OneBalance, AtLevels, Sampled, MeasuredOutput, Execution):
             if error <= SETTLED or error > 0.5 * before:
                 return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
             before, found = error, [each for bound in search.best for each in bound if each is not None]
-            problem = with_forces(
-                balance.problem, np.hstack([scaled(each.evaluation.point.forces) for each in found]), NEGLIGIBLE
-            )
+            problem = with_forces(balance.problem, np.hstack([scaled(each.evaluation.point.forces) for each in found]))
+            if problem.structure.size == balance.problem.structure.size:
+                return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
             balance = HarmonicBalance(problem, self.harmonics, self.samples)
 
     def search(self, case: int, balance: HarmonicBalance) -> BoundsSearch:
